@@ -1,0 +1,35 @@
+//! What the nonlinear methods know of a problem.
+
+use crate::sparse::BlockCsr;
+
+/// A function of `dim` variables to be minimised.
+pub trait Energy {
+    /// Number of variables.
+    fn dim(&self) -> usize;
+
+    /// The energy at `x`; `f64::INFINITY` outside its domain, so that a line search backs away.
+    fn value(&mut self, x: &[f64]) -> f64;
+
+    /// Overwrites `g` with the gradient at `x`.
+    fn gradient(&mut self, x: &[f64], g: &mut [f64]);
+
+    /// Makes the Hessian at `x`, or a positive approximation of it, the one that [`hessian_apply`](Self::hessian_apply)
+    /// applies. May put the work off until it is asked for.
+    fn linearize(&mut self, x: &[f64]);
+
+    /// Overwrites `hp` with the product of the Hessian and `p`.
+    fn hessian_apply(&self, p: &[f64], hp: &mut [f64]);
+
+    /// The largest `t` up to `limit` such that `x + s p` lies in the domain for all `0 ≤ s < t`; zero if `x` does not, or if
+    /// a number is not finite. An energy may spend less on a small limit than on a large or infinite one.
+    fn max_step(&mut self, x: &[f64], p: &[f64], limit: f64) -> f64 {
+        let _ = (x, p);
+        limit
+    }
+}
+
+/// An energy whose Hessian is assembled in blocks.
+pub trait BlockHessian<const B: usize>: Energy {
+    /// The Hessian at the point of the last [`linearize`](Energy::linearize).
+    fn matrix(&self) -> &BlockCsr<B>;
+}

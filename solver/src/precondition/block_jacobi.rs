@@ -1,0 +1,97 @@
+//! Block Jacobi.
+
+use super::restricted::{check_node, check_shape, restricted_inverse};
+use super::{Preconditioner, PreconditionerError};
+use crate::Block;
+use crate::sparse::BlockCsr;
+use crate::subspace::Subspace;
+use pulp::Arch;
+
+/// Inverts the diagonal block of every node on the moves that its constraint allows: `T (Tᵀ D T)⁻¹ Tᵀ`.
+#[derive(Clone, Debug, Default)]
+pub struct BlockJacobi<const B: usize> {
+    inverses: Vec<Block<B>>,
+}
+
+impl<const B: usize> BlockJacobi<B> {
+    /// The preconditioner of `P_W A P_W`.
+    ///
+    /// # Errors
+    /// [`PreconditionerError::Shape`]; [`PreconditionerError::NotPositive`] names a row whose block has no inverse.
+    pub fn new(matrix: &BlockCsr<B>, subspace: &Subspace<B>) -> Result<Self, PreconditionerError> {
+        let mut this = Self::default();
+        this.rebuild(matrix, subspace)?;
+        Ok(this)
+    }
+
+    /// As [`new`](Self::new), in the memory at hand.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new); the preconditioner is then of no use until a rebuild succeeds.
+    pub fn rebuild(&mut self, matrix: &BlockCsr<B>, subspace: &Subspace<B>) -> Result<(), PreconditionerError> {
+        self.update_nodes(matrix, subspace, 0..matrix.n_rows())
+    }
+
+    /// Follows a change of the diagonal blocks or of the constraints of `nodes` alone, and a change of their number as
+    /// long as all new ones are listed.
+    ///
+    /// # Errors
+    /// As [`rebuild`](Self::rebuild), and [`PreconditionerError::NodeOutOfRange`].
+    pub fn update_nodes(
+        &mut self,
+        matrix: &BlockCsr<B>,
+        subspace: &Subspace<B>,
+        nodes: impl IntoIterator<Item = usize>,
+    ) -> Result<(), PreconditionerError> {
+        check_shape(matrix, subspace)?;
+        self.inverses.resize(matrix.n_rows(), [[0.0; B]; B]);
+        for node in nodes {
+            check_node(subspace, node)?;
+            self.inverses[node] = restricted_inverse(&matrix.diagonal(node), &subspace.get(node))
+                .map_err(|pivot| PreconditionerError::NotPositive { row: node, pivot })?;
+        }
+        Ok(())
+    }
+
+    /// [`update_nodes`](Self::update_nodes) for one node.
+    ///
+    /// # Errors
+    /// As [`update_nodes`](Self::update_nodes).
+    pub fn update_node(
+        &mut self,
+        matrix: &BlockCsr<B>,
+        subspace: &Subspace<B>,
+        node: usize,
+    ) -> Result<(), PreconditionerError> {
+        self.update_nodes(matrix, subspace, [node])
+    }
+
+    /// The restricted inverse of one node's diagonal block.
+    ///
+    /// # Panics
+    /// If there is no such node.
+    #[must_use]
+    pub fn inverse(&self, node: usize) -> &Block<B> {
+        &self.inverses[node]
+    }
+}
+
+impl<const B: usize> Preconditioner for BlockJacobi<B> {
+    /// # Panics
+    /// If a vector does not have the length of the matrix.
+    fn apply(&self, r: &[f64], z: &mut [f64]) {
+        let n = self.inverses.len() * B;
+        assert!(r.len() == n && z.len() == n, "block Jacobi of {n} rows");
+        let (r, z) = (r.as_chunks::<B>().0, z.as_chunks_mut::<B>().0);
+        Arch::new().dispatch(
+            #[inline(always)]
+            || {
+                for ((inverse, r), z) in self.inverses.iter().zip(r).zip(z) {
+                    for i in 0..B {
+                        z[i] = (1..B).fold(inverse[i][0] * r[0], |sum, j| sum + inverse[i][j] * r[j]);
+                    }
+                }
+            },
+        );
+    }
+}

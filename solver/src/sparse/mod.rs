@@ -1,0 +1,15 @@
+//! A block sparse matrix that follows a changing mesh.
+//!
+//! [`BlockCsr`] keeps every row in a slot of its own. Rewriting a row touches that slot alone; a row that outgrows its
+//! slot moves to another one and leaves the old one to later rows. Nothing else ever moves, so a mesh change costs the
+//! rows it touches, whatever the size of the matrix.
+
+mod arena;
+mod block_csr;
+mod convert;
+mod kernel;
+#[cfg(feature = "rayon")]
+mod parallel;
+
+pub use block_csr::{BlockCsr, SparseError};
+pub use convert::ScalarCsr;

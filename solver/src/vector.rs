@@ -1,0 +1,236 @@
+//! Vector kernels whose sums have a fixed shape.
+//!
+//! A sum runs over chunks of [`CHUNK`] entries; inside a chunk sixteen lanes accumulate independently and are folded
+//! pairwise, and the chunk sums are added in order. That shape depends on the length alone, so the result has the same
+//! bits on any number of threads and at any SIMD level. No fused multiply-add is used, for the same reason.
+//!
+//! # Panics
+//!
+//! Every function of this module panics if its slices differ in length: that is an error of the caller's code, never
+//! of its data.
+
+use pulp::{Arch, NullaryFnOnce};
+
+/// Entries per chunk: two chunks fit into a first-level cache, and blocks of 1, 2, 3, 4, 6 or 8 entries divide it.
+pub const CHUNK: usize = 1536;
+
+const LANES: usize = 16;
+
+/// Runs a block with the instructions that the processor has. The block becomes a named type: a closure that occurs in
+/// several places was not inlined into the function that enables those instructions, and lost them.
+macro_rules! with_simd {
+    (|$($name:ident: $type:ty),*| -> $output:ty $body:block) => {{
+        struct Kernel<'a> {
+            $($name: $type,)*
+            lifetime: std::marker::PhantomData<&'a ()>,
+        }
+        impl<'a> NullaryFnOnce for Kernel<'a> {
+            type Output = $output;
+
+            #[inline(always)]
+            fn call(self) -> $output {
+                let Self { $($name,)* .. } = self;
+                $body
+            }
+        }
+        Arch::new().dispatch(Kernel { $($name,)* lifetime: std::marker::PhantomData })
+    }};
+}
+
+/// `xᵀy`.
+#[must_use]
+pub fn dot(x: &[f64], y: &[f64]) -> f64 {
+    assert_eq!(x.len(), y.len(), "dot: lengths differ");
+    with_simd!(|x: &'a [f64], y: &'a [f64]| -> f64 {
+        let chunks = x.chunks(CHUNK).zip(y.chunks(CHUNK));
+        let mut sum = 0.0;
+        for (x, y) in chunks {
+            sum += chunk_dot(x, y);
+        }
+        sum
+    })
+}
+
+/// `‖x‖₂`, the square root of [`dot`]`(x, x)`: infinite once a square overflows, i.e. for entries above 1e154.
+#[must_use]
+pub fn norm2(x: &[f64]) -> f64 {
+    dot(x, x).sqrt()
+}
+
+/// `y ← y + α x`.
+pub fn axpy(alpha: f64, x: &[f64], y: &mut [f64]) {
+    assert_eq!(x.len(), y.len(), "axpy: lengths differ");
+    with_simd!(|alpha: f64, x: &'a [f64], y: &'a mut [f64]| -> () {
+        for (y, x) in y.iter_mut().zip(x) {
+            *y += alpha * x;
+        }
+    });
+}
+
+/// `y ← x + β y`.
+pub fn xpby(x: &[f64], beta: f64, y: &mut [f64]) {
+    assert_eq!(x.len(), y.len(), "xpby: lengths differ");
+    with_simd!(|x: &'a [f64], beta: f64, y: &'a mut [f64]| -> () {
+        for (y, x) in y.iter_mut().zip(x) {
+            *y = x + beta * *y;
+        }
+    });
+}
+
+/// `z ← x + α y`.
+pub fn add_scaled(x: &[f64], alpha: f64, y: &[f64], z: &mut [f64]) {
+    assert!(x.len() == y.len() && y.len() == z.len(), "add_scaled: lengths differ");
+    with_simd!(|x: &'a [f64], alpha: f64, y: &'a [f64], z: &'a mut [f64]| -> () {
+        for (z, (x, y)) in z.iter_mut().zip(x.iter().zip(y)) {
+            *z = x + alpha * y;
+        }
+    });
+}
+
+/// One pass of a conjugate-gradient update: `x ← x + α p`, `r ← r − α q`; returns `rᵀr`, equal to [`dot`]`(r, r)`.
+pub fn step_residual(alpha: f64, p: &[f64], q: &[f64], x: &mut [f64], r: &mut [f64]) -> f64 {
+    let n = p.len();
+    assert!(q.len() == n && x.len() == n && r.len() == n, "step_residual: lengths differ");
+    with_simd!(|alpha: f64, p: &'a [f64], q: &'a [f64], x: &'a mut [f64], r: &'a mut [f64]| -> f64 {
+        let mut sum = 0.0;
+        let (p, q) = (p.chunks(CHUNK), q.chunks(CHUNK));
+        let (x, r) = (x.chunks_mut(CHUNK), r.chunks_mut(CHUNK));
+        for ((p, q), (x, r)) in p.zip(q).zip(x.zip(r)) {
+            for (x, p) in x.iter_mut().zip(p) {
+                *x += alpha * p;
+            }
+            sum += chunk_update_dot(alpha, q, r);
+        }
+        sum
+    })
+}
+
+/// `(xᵀy, xᵀz)` in one pass, each equal to its [`dot`].
+#[must_use]
+pub fn dot_pair(x: &[f64], y: &[f64], z: &[f64]) -> (f64, f64) {
+    assert!(x.len() == y.len() && y.len() == z.len(), "dot_pair: lengths differ");
+    with_simd!(|x: &'a [f64], y: &'a [f64], z: &'a [f64]| -> (f64, f64) {
+        let (mut xy, mut xz) = (0.0, 0.0);
+        let chunks = x.chunks(CHUNK).zip(y.chunks(CHUNK)).zip(z.chunks(CHUNK));
+        for ((x, y), z) in chunks {
+            xy += chunk_dot(x, y);
+            xz += chunk_dot(x, z);
+        }
+        (xy, xz)
+    })
+}
+
+/// Index of the first entry that is NaN or infinite.
+#[must_use]
+pub fn first_not_finite(x: &[f64]) -> Option<usize> {
+    x.iter().position(|v| !v.is_finite())
+}
+
+/// `xᵀy` over at most one chunk.
+#[inline(always)]
+pub(crate) fn chunk_dot(x: &[f64], y: &[f64]) -> f64 {
+    let (x, x_rest) = x.as_chunks::<LANES>();
+    let (y, y_rest) = y.as_chunks::<LANES>();
+    let mut lanes = [0.0; LANES];
+    for (x, y) in x.iter().zip(y) {
+        for k in 0..LANES {
+            lanes[k] += x[k] * y[k];
+        }
+    }
+    for (lane, (x, y)) in lanes.iter_mut().zip(x_rest.iter().zip(y_rest)) {
+        *lane += x * y;
+    }
+    fold(lanes)
+}
+
+/// `r ← r − α q` and `rᵀr` over at most one chunk.
+#[inline(always)]
+fn chunk_update_dot(alpha: f64, q: &[f64], r: &mut [f64]) -> f64 {
+    let (q, q_rest) = q.as_chunks::<LANES>();
+    let (r, r_rest) = r.as_chunks_mut::<LANES>();
+    let mut lanes = [0.0; LANES];
+    for (q, r) in q.iter().zip(r) {
+        for k in 0..LANES {
+            r[k] -= alpha * q[k];
+            lanes[k] += r[k] * r[k];
+        }
+    }
+    for (lane, (q, r)) in lanes.iter_mut().zip(q_rest.iter().zip(r_rest)) {
+        *r -= alpha * q;
+        *lane += *r * *r;
+    }
+    fold(lanes)
+}
+
+/// Pairwise sum of the lanes, halves first.
+#[inline(always)]
+fn fold(mut lanes: [f64; LANES]) -> f64 {
+    let mut width = LANES / 2;
+    while width > 0 {
+        for k in 0..width {
+            lanes[k] += lanes[k + width];
+        }
+        width /= 2;
+    }
+    lanes[0]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn pair() -> impl Strategy<Value = (Vec<f64>, Vec<f64>)> {
+        (0usize..4000)
+            .prop_flat_map(|n| (proptest::collection::vec(-1e3..1e3, n), proptest::collection::vec(-1e3..1e3, n)))
+    }
+
+    /// Sum of the chunk sums with the lanes written out one by one: the shape that the module promises.
+    fn dot_by_definition(x: &[f64], y: &[f64]) -> f64 {
+        let mut sum = 0.0;
+        for start in (0..x.len()).step_by(CHUNK) {
+            let end = (start + CHUNK).min(x.len());
+            let mut lanes = [0.0; LANES];
+            for k in start..end {
+                lanes[(k - start) % LANES] += x[k] * y[k];
+            }
+            let a: Vec<f64> = (0..8).map(|k| lanes[k] + lanes[k + 8]).collect();
+            let b: Vec<f64> = (0..4).map(|k| a[k] + a[k + 4]).collect();
+            sum += (b[0] + b[2]) + (b[1] + b[3]);
+        }
+        sum
+    }
+
+    proptest! {
+        #[test]
+        fn dot_has_the_promised_shape((x, y) in pair()) {
+            prop_assert_eq!(dot(&x, &y).to_bits(), dot_by_definition(&x, &y).to_bits());
+        }
+
+        #[test]
+        fn fused_passes_equal_separate_ones((x, y) in pair(), alpha in -2.0..2.0) {
+            let (mut x1, mut r1) = (x.clone(), y.clone());
+            let rr = step_residual(alpha, &x, &y, &mut x1, &mut r1);
+            let (mut x2, mut r2) = (x.clone(), y.clone());
+            axpy(alpha, &x, &mut x2);
+            axpy(-alpha, &y, &mut r2);
+            prop_assert_eq!(&x1, &x2);
+            prop_assert_eq!(&r1, &r2);
+            prop_assert_eq!(rr.to_bits(), dot(&r2, &r2).to_bits());
+            let (a, b) = dot_pair(&x, &y, &r1);
+            prop_assert_eq!(a.to_bits(), dot(&x, &y).to_bits());
+            prop_assert_eq!(b.to_bits(), dot(&x, &r1).to_bits());
+            let mut z = vec![0.0; x.len()];
+            add_scaled(&y, alpha, &x, &mut z);
+            let mut x3 = x.clone();
+            xpby(&y, alpha, &mut x3);
+            prop_assert_eq!(&z, &x3);
+        }
+    }
+
+    #[test]
+    fn first_not_finite_names_the_entry() {
+        assert_eq!(first_not_finite(&[1.0, f64::NAN, f64::INFINITY]), Some(1));
+        assert_eq!(first_not_finite(&[1.0, f64::MAX]), None);
+    }
+}
