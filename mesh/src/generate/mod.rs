@@ -1,0 +1,5 @@
+//! Start meshes of simple domains.
+
+mod kuhn_box;
+
+pub use kuhn_box::kuhn_box;

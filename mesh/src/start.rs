@@ -1,0 +1,189 @@
+//! The start mesh: user input, checked at the door.
+
+use crate::{
+    MeshError, SimplexMesh,
+    bounds::{BoundingTree, Bounds},
+    complex::{MAX_SLOTS, NONE, Node, link},
+    geometry, longest_edge, manifold,
+};
+
+/// The relative volume below which a cell counts as flat. Real meshers stay above 1e-6, and rounding of coordinates
+/// disturbs the relative volume by some 1e-16 times the distance from the origin over the edge length.
+const FLAT: f64 = 1e-10;
+/// Boxes of cells are grown by this part of their extent, so that rounding cannot lose a touching cell.
+const MARGIN: f64 = 1e-9;
+
+impl<const D: usize, const N: usize> SimplexMesh<D, N> {
+    /// A mesh from any conforming set of simplices, all in region 0; see [`with_regions`](Self::with_regions).
+    ///
+    /// # Errors
+    /// As [`with_regions`](Self::with_regions).
+    pub fn new(points: Vec<[f64; D]>, cells: Vec<[u32; N]>) -> Result<Self, MeshError> {
+        let regions = vec![0; cells.len()];
+        Self::with_regions(points, cells, regions)
+    }
+
+    /// A mesh from any conforming set of simplices: `points` by vertex id, `cells` as vertex ids in any order and
+    /// orientation, one region per cell. Start cell `i` becomes `CellId(i)`.
+    ///
+    /// The order of a cell's vertices and the choice of its first edges follow from the geometry alone, so no
+    /// preparation of the input (colouring, compatible refinement edges) is needed.
+    ///
+    /// # Errors
+    /// A [`MeshError`] that names the offenders: coordinates that are not finite or too large, indices out of range,
+    /// repeated vertices, flat cells, duplicate cells, facets of more than two cells or with both on one side, cells
+    /// that are joined by a vertex or an edge alone, unused vertices. Cells that overlap elsewhere, and vertices that
+    /// hang on the facet of another cell, are not searched for: such a facet counts as boundary.
+    pub fn with_regions(points: Vec<[f64; D]>, cells: Vec<[u32; N]>, regions: Vec<u32>) -> Result<Self, MeshError> {
+        let mesh = Self::assemble(points, cells, regions)?;
+        manifold::check_stars(&mesh)?;
+        Ok(mesh)
+    }
+
+    /// As [`with_regions`](Self::with_regions), for cells whose stars are known to be joined by facets.
+    pub(crate) fn assemble(points: Vec<[f64; D]>, cells: Vec<[u32; N]>, regions: Vec<u32>) -> Result<Self, MeshError> {
+        let () = Self::VALID;
+        check_counts(&points, &cells, &regions)?;
+        check_coordinates(&points)?;
+        let mut mesh = Self::with_points(points);
+        for (cell, (v, region)) in cells.into_iter().zip(regions).enumerate() {
+            mesh.push_macro(cell, v, region)?;
+        }
+        (mesh.n_macros, mesh.n_live) = (mesh.nodes.len(), mesh.nodes.len());
+        if let Some(vertex) = mesh.vertex_leaf.iter().position(|&leaf| leaf == NONE) {
+            return Err(MeshError::Unreferenced { vertex });
+        }
+        mesh.link_macros()?;
+        mesh.index_macros();
+        Ok(mesh)
+    }
+
+    /// Appends a start cell after checking its vertices and its shape.
+    fn push_macro(&mut self, cell: usize, v: [u32; N], region: u32) -> Result<(), MeshError> {
+        for (i, &vertex) in v.iter().enumerate() {
+            if vertex as usize >= self.points.len() {
+                return Err(MeshError::Index { cell, vertex, n_vertices: self.points.len() });
+            }
+            if v[..i].contains(&vertex) {
+                return Err(MeshError::RepeatedVertex { cell, vertex });
+            }
+        }
+        let corners = self.corners_of(&v);
+        let relative_volume = geometry::relative_measure(&corners);
+        let longest_edge = geometry::longest_edge2(&corners).sqrt();
+        if relative_volume.abs() < FLAT || longest_edge < 1.0 / coordinate_limit::<D>() {
+            return Err(MeshError::Flat { cell, relative_volume, longest_edge, limit: FLAT });
+        }
+        let mut node = Node {
+            v,
+            parent: NONE,
+            child: NONE,
+            region,
+            level: 0,
+            tag: (N - 1) as u8,
+            // Of a surface or a rod the given order is the reference, and Gram-Schmidt never yields a negative.
+            negative: relative_volume < 0.0,
+            visited: false,
+        };
+        longest_edge::arrange(&self.points, &mut node, &mut [NONE; N]);
+        for &vertex in &v {
+            self.vertex_leaf[vertex as usize] = cell as u32;
+        }
+        self.nodes.push(node);
+        Ok(())
+    }
+
+    /// Finds the neighbours of the start cells.
+    fn link_macros(&mut self) -> Result<(), MeshError> {
+        let facets = manifold::facets(self.nodes.iter().enumerate().map(|(slot, node)| (slot as u32, node.v)));
+        self.links = vec![[NONE; N]; self.nodes.len()];
+        for group in facets.chunk_by(|f, g| f.vertices == g.vertices) {
+            let [f, g] = match group {
+                [_] => continue,
+                [f, g] => [f, g],
+                // Facets of two cells with the same vertices come in twos as well, so duplicates are told apart here.
+                more => {
+                    self.check_distinct(&[more[0].cell, more[1].cell, more[2].cell])?;
+                    let cells = [more[0].cell as usize, more[1].cell as usize, more[2].cell as usize];
+                    return Err(MeshError::SharedFacet { cells });
+                }
+            };
+            self.check_distinct(&[f.cell, g.cell])?;
+            let ((p, i), (q, j)) = ((f.cell as usize, f.local as usize), (g.cell as usize, g.local as usize));
+            if N == D + 1 && !self.on_opposite_sides((p, i), (q, j)) {
+                return Err(MeshError::Overlap { cells: [p, q] });
+            }
+            self.links[p][i] = link(g.cell, j);
+            self.links[q][j] = link(f.cell, i);
+        }
+        Ok(())
+    }
+
+    /// Refuses cells with the same vertices.
+    fn check_distinct(&self, cells: &[u32]) -> Result<(), MeshError> {
+        let sorted = |cell: u32| {
+            let mut v = self.nodes[cell as usize].v;
+            v.sort_unstable();
+            v
+        };
+        for (i, &second) in cells.iter().enumerate() {
+            for &first in &cells[..i] {
+                if sorted(first) == sorted(second) {
+                    return Err(MeshError::DuplicateCell { first: first as usize, second: second as usize });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether the vertices opposite the common facet of two cells are on its two sides.
+    fn on_opposite_sides(&self, (p, i): (usize, usize), (q, j): (usize, usize)) -> bool {
+        // Put the vertex that q has beyond the facet into p's order: the sign must turn over.
+        let mut v = self.nodes[p].v;
+        v[i] = self.nodes[q].v[j];
+        let reflected = geometry::relative_measure(&self.corners_of(&v));
+        (reflected < 0.0) != self.nodes[p].negative
+    }
+
+    /// Builds the search tree over the start cells.
+    pub(crate) fn index_macros(&mut self) {
+        let boxes = self.nodes[..self.n_macros].iter().map(|node| Bounds::of(&self.reference_corners(&node.v), MARGIN));
+        self.macro_tree = BoundingTree::new(boxes.collect());
+    }
+}
+
+fn check_counts<const D: usize, const N: usize>(
+    points: &[[f64; D]],
+    cells: &[[u32; N]],
+    regions: &[u32],
+) -> Result<(), MeshError> {
+    if cells.is_empty() {
+        return Err(MeshError::NoCells);
+    }
+    let count = cells.len().max(points.len());
+    if count > MAX_SLOTS {
+        return Err(MeshError::TooManyCells { count, limit: MAX_SLOTS });
+    }
+    if regions.len() != cells.len() {
+        return Err(MeshError::Regions { expected: cells.len(), found: regions.len() });
+    }
+    Ok(())
+}
+
+/// The largest coordinate whose power `D` does not overflow: 1e150, 1e100, 1e75 for two, three, four dimensions.
+pub(crate) fn coordinate_limit<const D: usize>() -> f64 {
+    // A squared length must not overflow either.
+    10_f64.powi(300 / (D.max(2) as i32))
+}
+
+fn check_coordinates<const D: usize>(points: &[[f64; D]]) -> Result<(), MeshError> {
+    let limit = coordinate_limit::<D>();
+    for (vertex, point) in points.iter().enumerate() {
+        for (axis, &value) in point.iter().enumerate() {
+            if value.is_nan() || value.abs() > limit {
+                return Err(MeshError::Coordinate { vertex, axis, value, limit });
+            }
+        }
+    }
+    Ok(())
+}

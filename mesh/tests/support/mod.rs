@@ -1,0 +1,168 @@
+//! Start meshes and brute-force answers for the tests.
+#![allow(dead_code, reason = "each test target uses a part of it")]
+
+use stylet_mesh::{CellId, MeshChange, SimplexMesh, VertexId, generate::kuhn_box, geometry};
+
+/// A small random generator, so that a seed is a mesh.
+pub struct Random(u64);
+
+impl Random {
+    pub fn new(seed: u64) -> Self {
+        Self(seed)
+    }
+
+    /// SplitMix64 (Steele, Lea & Flood 2014).
+    pub fn bits(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    /// Uniform in `0..1`.
+    pub fn unit(&mut self) -> f64 {
+        (self.bits() >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    pub fn below(&mut self, n: usize) -> usize {
+        (self.bits() % n as u64) as usize
+    }
+
+    pub fn point<const D: usize>(&mut self) -> [f64; D] {
+        std::array::from_fn(|_| self.unit())
+    }
+
+    fn shuffle<T>(&mut self, items: &mut [T]) {
+        for i in (1..items.len()).rev() {
+            items.swap(i, self.below(i + 1));
+        }
+    }
+}
+
+/// Points and cells, before a mesh is made of them.
+type Soup<const D: usize, const N: usize> = (Vec<[f64; D]>, Vec<[u32; N]>);
+
+fn soup<const D: usize, const N: usize>(mesh: &SimplexMesh<D, N>) -> Soup<D, N> {
+    (mesh.points().to_vec(), mesh.cells().map(|c| mesh.cell(c).map(|v| v.0)).collect())
+}
+
+fn is_inside<const D: usize>(p: &[f64; D]) -> bool {
+    p.iter().all(|&x| x > 0.0 && x < 1.0)
+}
+
+/// The unit cube in `parts` parts per axis, with the inner vertices moved at random.
+fn jittered<const D: usize, const N: usize>(parts: usize, random: &mut Random) -> Soup<D, N> {
+    let (mut points, cells) = soup(&kuhn_box::<D, N>([0.0; D], [1.0; D], [parts; D]).unwrap());
+    for point in points.iter_mut().filter(|p| is_inside(p)) {
+        *point = point.map(|x| x + 0.3 / (D * parts) as f64 * (2.0 * random.unit() - 1.0));
+    }
+    (points, cells)
+}
+
+/// The unit cube with random inner vertices added one by one, each by retriangulating the cells whose circumspheres
+/// contain it (Bowyer 1981, Watson 1981); a vertex that would make a nearly flat cell is left out.
+fn delaunay<const D: usize, const N: usize>(n_points: usize, random: &mut Random) -> Soup<D, N> {
+    let (mut points, mut cells) = soup(&kuhn_box::<D, N>([0.0; D], [1.0; D], [1; D]).unwrap());
+    for _ in 0..n_points {
+        let p = random.point::<D>();
+        let corners = |cell: &[u32; N]| cell.map(|v| points[v as usize]);
+        let cavity: Vec<bool> = cells.iter().map(|cell| in_circumsphere(&corners(cell), &p)).collect();
+        let mut facets: Vec<([u32; N], [u32; N])> = Vec::new();
+        for (cell, _) in cells.iter().zip(&cavity).filter(|(_, inside)| **inside) {
+            for local in 0..N {
+                let mut made = *cell;
+                made[local] = points.len() as u32;
+                let mut key = made;
+                key.sort_unstable();
+                facets.push((key, made));
+            }
+        }
+        facets.sort_unstable();
+        let outer: Vec<[u32; N]> =
+            facets.chunk_by(|f, g| f.0 == g.0).filter(|g| g.len() == 1).map(|g| g[0].1).collect();
+        let at = |v: u32| if v as usize == points.len() { p } else { points[v as usize] };
+        let measure = |cell: &[u32; N]| geometry::signed_measure(&cell.map(at)).abs();
+        let before: f64 = cells.iter().zip(&cavity).filter(|(_, i)| **i).map(|(c, _)| measure(c)).sum();
+        let after: f64 = outer.iter().map(measure).sum();
+        let sound = outer.iter().all(|cell| geometry::relative_measure(&cell.map(at)).abs() > 1e-3);
+        if sound && (before - after).abs() < 1e-9 {
+            let mut kept = cavity.iter();
+            cells.retain(|_| !kept.next().unwrap());
+            cells.extend(outer);
+            points.push(p);
+        }
+    }
+    (points, cells)
+}
+
+fn in_circumsphere<const D: usize, const N: usize>(corners: &[[f64; D]; N], p: &[f64; D]) -> bool {
+    let g = geometry::gradients(corners).unwrap();
+    let centre: [f64; D] = std::array::from_fn(|k| {
+        corners[0][k] + (1..N).map(|i| 0.5 * geometry::distance2(&corners[i], &corners[0]) * g[i][k]).sum::<f64>()
+    });
+    geometry::distance2(&centre, p) < geometry::distance2(&centre, &corners[0]) * (1.0 - 1e-9)
+}
+
+/// A start mesh of the unit cube of one of three kinds (0: Kuhn, 1: jittered, 2: Delaunay), the latter two with vertices,
+/// cells and windings in random order, and with regions.
+pub fn start_mesh<const D: usize, const N: usize>(kind: u8, seed: u64) -> SimplexMesh<D, N> {
+    let mut random = Random::new(seed);
+    let parts = if D < 4 { 2 } else { 1 + random.below(2) };
+    let (points, mut cells) = match kind {
+        0 => return kuhn_box([0.0; D], [1.0; D], [parts; D]).unwrap(),
+        1 => jittered::<D, N>(2, &mut random),
+        _ => delaunay::<D, N>(if D < 4 { 30 } else { 12 }, &mut random),
+    };
+    let mut names: Vec<u32> = (0..points.len() as u32).collect();
+    random.shuffle(&mut names);
+    let mut renamed = points.clone();
+    for (point, &name) in points.iter().zip(&names) {
+        renamed[name as usize] = *point;
+    }
+    for cell in &mut cells {
+        *cell = cell.map(|v| names[v as usize]);
+        random.shuffle(cell);
+    }
+    random.shuffle(&mut cells);
+    let regions = (0..cells.len() as u32).map(|c| c % 5).collect();
+    SimplexMesh::with_regions(renamed, cells, regions).unwrap()
+}
+
+/// Live cells at random, some of them twice, some dead ones among them.
+pub fn marks<const D: usize, const N: usize>(mesh: &SimplexMesh<D, N>, n: usize, random: &mut Random) -> Vec<CellId> {
+    (0..n).map(|_| CellId::new(random.below(mesh.n_slots()))).collect()
+}
+
+/// The live cells around a vertex, by a scan.
+pub fn star_by_scan<const D: usize, const N: usize>(mesh: &SimplexMesh<D, N>, v: VertexId) -> Vec<CellId> {
+    mesh.cells().filter(|&c| mesh.cell(c).contains(&v)).collect()
+}
+
+/// The smallest barycentric coordinate of a point in a cell, from coordinates.
+pub fn depth<const D: usize, const N: usize>(mesh: &SimplexMesh<D, N>, c: CellId, p: &[f64; D]) -> f64 {
+    let lambda = geometry::barycentric(&mesh.corners(c), p).unwrap();
+    lambda.into_iter().fold(f64::INFINITY, f64::min)
+}
+
+/// Panics unless `change` leads from the live cells and vertices before to those of `mesh`.
+pub fn assert_net<const D: usize, const N: usize>(
+    before: &SimplexMesh<D, N>,
+    mesh: &SimplexMesh<D, N>,
+    change: &MeshChange,
+) {
+    let mut live: std::collections::BTreeSet<CellId> = before.cells().collect();
+    for cell in &change.died {
+        assert!(live.remove(cell), "{cell:?} died twice or was not alive");
+        assert!(!mesh.is_live(*cell));
+    }
+    for cell in &change.born {
+        assert!(live.insert(*cell), "{cell:?} was born twice or was alive");
+    }
+    assert!(live.into_iter().eq(mesh.cells()));
+    assert!(change.died.is_sorted() && change.born.is_sorted());
+
+    let mut field: Vec<f64> = before.points().as_flattened().to_vec();
+    change.extend_field::<D>(&mut field);
+    assert_eq!(field, mesh.points().as_flattened(), "origins reproduce positions, bit for bit");
+}
