@@ -1,0 +1,172 @@
+//! The table of P1 elements: compact groups of [`LANES`] elements, filled and freed slot by slot.
+
+use super::BodyError;
+use crate::small::{cofactor, determinant};
+use nalgebra::SMatrix;
+use stylet_mesh::{CellId, SimplexMesh};
+
+/// Elements that are computed side by side: the width of the vector units that the kernels are compiled for.
+pub(super) const LANES: usize = 4;
+
+/// One number per element of a group.
+pub(super) type Lane = [f64; LANES];
+
+/// No element.
+const NONE: u32 = u32::MAX;
+
+/// `LANES` elements, lane by lane. An unused lane has weight and gradients zero and refers to vertex 0: it computes
+/// `F = I` and contributes nothing.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Group<const D: usize, const N: usize> {
+    pub vertices: [[u32; LANES]; N],
+    /// Gradients of the barycentric coordinates of local vertices `1..=D`, 1/m; that of vertex 0 makes the sum zero.
+    pub gradients: [[Lane; D]; D],
+    /// Volume times thickness.
+    pub weight: Lane,
+}
+
+impl<const D: usize, const N: usize> Group<D, N> {
+    const EMPTY: Self = Self { vertices: [[0; LANES]; N], gradients: [[[0.0; LANES]; D]; D], weight: [0.0; LANES] };
+}
+
+/// What an element knows of its cell.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Element<const D: usize, const N: usize> {
+    pub vertices: [u32; N],
+    pub gradients: [[f64; D]; N],
+    pub weight: f64,
+}
+
+impl<const D: usize, const N: usize> Element<D, N> {
+    /// The element of a cell.
+    pub fn of_cell(mesh: &SimplexMesh<D, N>, cell: CellId, thickness: f64) -> Result<Self, BodyError> {
+        let corners = mesh.corners(cell);
+        // Rows are the edges from corner 0; the gradients are the dual basis, E^-T by rows.
+        let edges = SMatrix::<f64, D, D>::from_fn(|i, k| corners[i + 1][k] - corners[0][k]);
+        let (det, dual) = (determinant(&edges), cofactor(&edges));
+        let factorial: f64 = (2..=D).map(|k| k as f64).product();
+        let weight = det.abs() / factorial * thickness;
+        let mut gradients = [[0.0; D]; N];
+        for i in 0..D {
+            for k in 0..D {
+                gradients[i + 1][k] = dual[(i, k)] / det;
+                gradients[0][k] -= gradients[i + 1][k];
+            }
+        }
+        let finite = gradients.iter().flatten().all(|g| g.is_finite());
+        if !(weight > 0.0 && weight.is_finite() && finite) {
+            return Err(BodyError::DegenerateCell { cell, volume: det / factorial });
+        }
+        Ok(Self { vertices: mesh.cell(cell).map(|v| v.0), gradients, weight })
+    }
+
+    /// `F = I + sum_a (u_a - u_0) g_a^T`, summed in the order of the group kernel.
+    pub fn deformation_gradient(&self, u: &[f64]) -> SMatrix<f64, D, D> {
+        let mut f = SMatrix::identity();
+        for a in 1..N {
+            for i in 0..D {
+                let relative = u[self.vertices[a] as usize * D + i] - u[self.vertices[0] as usize * D + i];
+                for k in 0..D {
+                    f[(i, k)] += relative * self.gradients[a][k];
+                }
+            }
+        }
+        f
+    }
+}
+
+/// The elements of the live cells of a mesh. An element keeps its slot as long as its cell lives.
+#[derive(Clone, Debug, Default)]
+pub(super) struct ElementTable<const D: usize, const N: usize> {
+    pub groups: Vec<Group<D, N>>,
+    /// The slot of each cell, by cell id.
+    slot_of: Vec<u32>,
+    /// The cell of each slot.
+    cell_of: Vec<u32>,
+    free: Vec<u32>,
+    n_live: usize,
+}
+
+impl<const D: usize, const N: usize> ElementTable<D, N> {
+    pub fn n_live(&self) -> usize {
+        self.n_live
+    }
+
+    /// Slots in use or free: the groups hold at least as many lanes.
+    pub fn n_slots(&self) -> usize {
+        self.cell_of.len()
+    }
+
+    pub fn slot(&self, cell: CellId) -> Option<usize> {
+        self.slot_of.get(cell.index()).filter(|&&slot| slot != NONE).map(|&slot| slot as usize)
+    }
+
+    /// The cell in a used slot.
+    pub fn cell(&self, slot: usize) -> u32 {
+        self.cell_of[slot]
+    }
+
+    /// Live cells and their slots, cells ascending.
+    pub fn live(&self) -> impl Iterator<Item = (CellId, usize)> + '_ {
+        let used = self.slot_of.iter().enumerate().filter(|&(_, &slot)| slot != NONE);
+        used.map(|(cell, &slot)| (CellId(cell as u32), slot as usize))
+    }
+
+    pub fn insert(&mut self, cell: CellId, element: &Element<D, N>) -> usize {
+        let slot = self.free.pop().map_or(self.cell_of.len(), |slot| slot as usize);
+        if slot == self.cell_of.len() {
+            self.cell_of.push(NONE);
+            self.groups.resize(self.cell_of.len().div_ceil(LANES), Group::EMPTY);
+        }
+        if self.slot_of.len() <= cell.index() {
+            self.slot_of.resize(cell.index() + 1, NONE);
+        }
+        self.slot_of[cell.index()] = slot as u32;
+        self.cell_of[slot] = cell.0;
+        self.n_live += 1;
+        let (group, lane) = (&mut self.groups[slot / LANES], slot % LANES);
+        group.weight[lane] = element.weight;
+        for a in 0..N {
+            group.vertices[a][lane] = element.vertices[a];
+        }
+        for a in 0..D {
+            for k in 0..D {
+                group.gradients[a][k][lane] = element.gradients[a + 1][k];
+            }
+        }
+        slot
+    }
+
+    /// Frees the slot of a cell that has one.
+    pub fn remove(&mut self, cell: CellId) {
+        let slot = std::mem::replace(&mut self.slot_of[cell.index()], NONE) as usize;
+        let (group, lane) = (&mut self.groups[slot / LANES], slot % LANES);
+        group.weight[lane] = 0.0;
+        for a in 0..N {
+            group.vertices[a][lane] = 0;
+        }
+        for a in 0..D {
+            for k in 0..D {
+                group.gradients[a][k][lane] = 0.0;
+            }
+        }
+        self.cell_of[slot] = NONE;
+        self.free.push(slot as u32);
+        self.n_live -= 1;
+    }
+
+    /// The element in a slot.
+    #[inline]
+    pub fn element(&self, slot: usize) -> Element<D, N> {
+        let (group, lane) = (&self.groups[slot / LANES], slot % LANES);
+        let mut gradients = [[0.0; D]; N];
+        for a in 0..D {
+            for k in 0..D {
+                gradients[a + 1][k] = group.gradients[a][k][lane];
+                gradients[0][k] -= gradients[a + 1][k];
+            }
+        }
+        let vertices = std::array::from_fn(|a| group.vertices[a][lane]);
+        Element { vertices, gradients, weight: group.weight[lane] }
+    }
+}

@@ -1,0 +1,163 @@
+//! A body as an energy to be minimised.
+
+use super::element::{Group, LANES, Lane};
+use super::kernel::element_forces;
+use super::star::Stars;
+use super::{Body, CROSSOVER_ELEMENTS};
+use crate::material::Hyperelastic;
+use pulp::Arch;
+use stylet_solver::LinearOperator;
+use stylet_solver::energy::{BlockHessian, Energy};
+use stylet_solver::sparse::BlockCsr;
+use stylet_solver::vector;
+
+/// Elements whose energies are summed before the sums are: keeps the rounding error of a large body small, and its
+/// shape depends on the mesh alone.
+const CHUNK: usize = 256;
+
+impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
+    /// Strain energy at the displacement `u` (m), J; infinite outside the domain of the material.
+    ///
+    /// # Panics
+    /// If `u` does not have `D` entries per vertex.
+    pub fn strain_energy(&self, u: &[f64]) -> f64 {
+        self.check_len(u);
+        let mut total = 0.0;
+        let mut partial = 0.0;
+        let mut count = 0;
+        for (_, slot) in self.elements.live() {
+            let element = self.elements.element(slot);
+            partial += element.weight * self.material.energy_density(&element.deformation_gradient(u));
+            count += 1;
+            if count % CHUNK == 0 {
+                total += std::mem::take(&mut partial);
+            }
+        }
+        total + partial
+    }
+
+    /// Overwrites `force` with the elastic force `dW/du` at the displacement `u` (m), N: what external loads balance.
+    ///
+    /// # Panics
+    /// If a length is not `D` entries per vertex.
+    pub fn internal_force(&mut self, u: &[f64], force: &mut [f64]) {
+        self.check_len(u);
+        self.check_len(force);
+        if M::IS_LINEAR {
+            return self.stiffness.apply(u, force);
+        }
+        let threads = if self.elements.n_slots() < CROSSOVER_ELEMENTS { 1 } else { self.threads };
+        forces_of_groups(&self.material, &self.elements.groups, u, &mut self.forces, threads);
+        let buffer = self.forces.as_flattened().as_flattened().as_flattened();
+        gather(&self.stars, 0, buffer, force.as_chunks_mut::<D>().0, threads);
+    }
+
+    #[track_caller]
+    pub(super) fn check_len(&self, x: &[f64]) {
+        assert_eq!(x.len(), D * self.n_vertices(), "a field has {D} entries per vertex");
+    }
+}
+
+/// Element forces, spread over threads: groups share nothing.
+fn forces_of_groups<const D: usize, const N: usize, M: Hyperelastic<D>>(
+    material: &M,
+    groups: &[Group<D, N>],
+    u: &[f64],
+    out: &mut [[[Lane; D]; N]],
+    threads: usize,
+) {
+    #[cfg(feature = "rayon")]
+    if threads > 1 && groups.len() > 1 {
+        let cut = groups.len() * (threads / 2) / threads;
+        let ((left, right), (left_out, right_out)) = (groups.split_at(cut), out.split_at_mut(cut));
+        rayon::join(
+            || forces_of_groups(material, left, u, left_out, threads / 2),
+            || forces_of_groups(material, right, u, right_out, threads - threads / 2),
+        );
+        return;
+    }
+    let _ = threads;
+    Arch::new().dispatch(
+        #[inline(always)]
+        || element_forces(material, groups, u, out),
+    );
+}
+
+/// Sums the forces of each star, vertices from `first` on, spread over threads.
+fn gather<const D: usize, const N: usize>(
+    stars: &Stars<N>,
+    first: usize,
+    forces: &[f64],
+    out: &mut [[f64; D]],
+    threads: usize,
+) {
+    #[cfg(feature = "rayon")]
+    if threads > 1 && out.len() > 1 {
+        let cut = out.len() * (threads / 2) / threads;
+        let (left, right) = out.split_at_mut(cut);
+        rayon::join(
+            || gather(stars, first, forces, left, threads / 2),
+            || gather(stars, first + cut, forces, right, threads - threads / 2),
+        );
+        return;
+    }
+    let _ = threads;
+    for (offset, force) in out.iter_mut().enumerate() {
+        let mut sum = [0.0; D];
+        for corner in stars.corners(first + offset) {
+            let at = &forces[corner.0 as usize..][..(D - 1) * LANES + 1];
+            for i in 0..D {
+                sum[i] += at[i * LANES];
+            }
+        }
+        *force = sum;
+    }
+}
+
+impl<const D: usize, const N: usize, M: Hyperelastic<D>> Energy for Body<D, N, M> {
+    fn dim(&self) -> usize {
+        D * self.n_vertices()
+    }
+
+    /// Strain energy, J. A linear body computes `u.K u / 2`.
+    fn value(&mut self, x: &[f64]) -> f64 {
+        if !M::IS_LINEAR {
+            return self.strain_energy(x);
+        }
+        self.check_len(x);
+        let mut product = std::mem::take(&mut self.scratch.product);
+        product.resize(x.len(), 0.0);
+        let energy = 0.5 * self.stiffness.apply_dot(x, &mut product);
+        self.scratch.product = product;
+        if energy.is_nan() { f64::INFINITY } else { energy }
+    }
+
+    fn gradient(&mut self, x: &[f64], g: &mut [f64]) {
+        self.internal_force(x, g);
+    }
+
+    /// Does nothing for a linear body. Where the tangent is not finite (an element flattened to nothing) the matrix
+    /// keeps what it held: methods stay within [`max_step`](Energy::max_step), and come here from finite energies only.
+    fn linearize(&mut self, x: &[f64]) {
+        self.check_len(x);
+        if M::IS_LINEAR || vector::first_not_finite(x).is_some() {
+            return;
+        }
+        self.relinearize(x);
+    }
+
+    fn hessian_apply(&self, p: &[f64], hp: &mut [f64]) {
+        self.stiffness.apply(p, hp);
+    }
+
+    /// Where the first element would lose its volume, at most `limit`; that for laws that are defined for every `F`.
+    fn max_step(&mut self, x: &[f64], p: &[f64], limit: f64) -> f64 {
+        if M::REQUIRES_POSITIVE_J { self.step_to_inversion(x, p, limit) } else { limit }
+    }
+}
+
+impl<const D: usize, const N: usize, M: Hyperelastic<D>> BlockHessian<D> for Body<D, N, M> {
+    fn matrix(&self) -> &BlockCsr<D> {
+        &self.stiffness
+    }
+}

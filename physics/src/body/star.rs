@@ -1,0 +1,160 @@
+//! For each vertex, the corners of elements that meet there, in ascending order of their cells.
+//!
+//! Sums over a star run in this order, which depends on the mesh alone: not on the slots that elements happen to have,
+//! and not on threads.
+
+use super::element::LANES;
+
+/// A local vertex of an element, as the place of its first force component in the force buffer of the group kernel.
+///
+/// Components of a corner are [`LANES`] places apart, corners of an element `D LANES`, groups `N D LANES`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Corner(pub u32);
+
+impl Corner {
+    #[inline]
+    pub fn new<const D: usize, const N: usize>(slot: usize, local: usize) -> Self {
+        Self((((slot / LANES) * N + local) * D * LANES + slot % LANES) as u32)
+    }
+
+    #[inline]
+    pub fn slot<const D: usize, const N: usize>(self) -> usize {
+        let at = self.0 as usize;
+        at / (N * D * LANES) * LANES + at % LANES
+    }
+
+    #[inline]
+    pub fn local<const D: usize, const N: usize>(self) -> usize {
+        self.0 as usize / (D * LANES) % N
+    }
+}
+
+/// Where the star of a vertex lies in the arrays.
+#[derive(Clone, Copy, Debug, Default)]
+struct Range {
+    start: u32,
+    len: u32,
+    capacity: u32,
+}
+
+impl Range {
+    fn indices(self) -> std::ops::Range<usize> {
+        self.start as usize..self.start as usize + self.len as usize
+    }
+}
+
+/// The stars of all vertices, in one array. A star that outgrows its place moves to the end; when more than half of the
+/// array is abandoned it is packed again, so that the cost per change stays in proportion to what it touched.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Stars<const N: usize> {
+    ranges: Vec<Range>,
+    corners: Vec<Corner>,
+    /// For each corner, the places in its vertex' matrix row of the element's `N` vertices. Empty until there is a matrix.
+    columns: Vec<[u32; N]>,
+    abandoned: usize,
+}
+
+impl<const N: usize> Stars<N> {
+    pub fn n_vertices(&self) -> usize {
+        self.ranges.len()
+    }
+
+    /// Makes room for vertices without elements.
+    pub fn resize(&mut self, n_vertices: usize) {
+        self.ranges.resize(n_vertices, Range::default());
+    }
+
+    #[inline]
+    pub fn corners(&self, vertex: usize) -> &[Corner] {
+        &self.corners[self.ranges[vertex].indices()]
+    }
+
+    /// The corners of a vertex and their matrix columns.
+    #[inline]
+    pub fn with_columns(&self, vertex: usize) -> impl Iterator<Item = (Corner, &[u32; N])> {
+        let range = self.ranges[vertex].indices();
+        self.corners[range.clone()].iter().copied().zip(&self.columns[range])
+    }
+
+    /// Replaces the star of a vertex.
+    pub fn set(&mut self, vertex: usize, corners: &[Corner]) {
+        let old = self.ranges[vertex];
+        let len = corners.len() as u32;
+        if len > old.capacity {
+            self.abandoned += old.capacity as usize;
+            let start = self.corners.len();
+            // Room to grow by a bisection or two.
+            let capacity = (corners.len() + 1).next_multiple_of(4);
+            self.corners.resize(start + capacity, Corner(0));
+            self.ranges[vertex] = Range { start: start as u32, len, capacity: capacity as u32 };
+        }
+        self.ranges[vertex].len = len;
+        let range = self.ranges[vertex].indices();
+        self.corners[range].copy_from_slice(corners);
+        if !self.columns.is_empty() {
+            self.columns.resize(self.corners.len(), [0; N]);
+        }
+        if 2 * self.abandoned > self.corners.len() {
+            self.pack();
+        }
+    }
+
+    /// Begins to keep matrix columns.
+    pub fn enable_columns(&mut self) {
+        self.columns.resize(self.corners.len(), [0; N]);
+    }
+
+    /// The columns of a vertex' corners, for writing; after [`enable_columns`](Self::enable_columns).
+    pub fn columns_mut(&mut self, vertex: usize) -> &mut [[u32; N]] {
+        &mut self.columns[self.ranges[vertex].indices()]
+    }
+
+    fn pack(&mut self) {
+        let keep = !self.columns.is_empty();
+        let (mut corners, mut columns) = (Vec::with_capacity(self.corners.len()), Vec::new());
+        for range in &mut self.ranges {
+            let old = range.indices();
+            range.start = corners.len() as u32;
+            range.capacity = range.capacity.min((range.len + 1).next_multiple_of(4));
+            let end = corners.len() + range.capacity as usize;
+            corners.extend_from_slice(&self.corners[old.clone()]);
+            corners.resize(end, Corner(0));
+            if keep {
+                columns.extend_from_slice(&self.columns[old]);
+                columns.resize(end, [0; N]);
+            }
+        }
+        (self.corners, self.columns, self.abandoned) = (corners, columns, 0);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_corner_names_its_slot_and_vertex() {
+        for slot in [0, 1, LANES - 1, LANES, 7 * LANES + 2] {
+            for local in 0..4 {
+                let corner = Corner::new::<3, 4>(slot, local);
+                assert_eq!((corner.slot::<3, 4>(), corner.local::<3, 4>()), (slot, local));
+            }
+        }
+    }
+
+    #[test]
+    fn stars_survive_growth_and_packing() {
+        let mut stars = Stars::<3>::default();
+        stars.resize(5);
+        let star = |vertex: usize, len: usize| (0..len).map(|k| Corner((100 * vertex + k) as u32)).collect::<Vec<_>>();
+        for len in 1..200 {
+            for vertex in 0..5 {
+                stars.set(vertex, &star(vertex, len));
+            }
+            for vertex in 0..5 {
+                assert_eq!(stars.corners(vertex), star(vertex, len));
+            }
+        }
+        assert!(stars.corners.len() <= 5 * 2 * 208, "{} places for {} corners", stars.corners.len(), 5 * 199);
+    }
+}

@@ -1,0 +1,34 @@
+//! Bodies of soft tissue: hyperelastic materials, P1 elements, static equilibrium, stick-slip friction.
+//!
+//! The first layer that joins [`stylet_mesh`] and [`stylet_solver`]; SI units throughout.
+//!
+//! * [`material`]: strain energy, stress and tangent as functions of the deformation gradient, in two dimensions (plane
+//!   strain, plane stress) and three;
+//! * [`body`]: elements and stiffness rows that follow a mesh change, as an energy for the solver; loads;
+//! * [`statics`]: equilibrium under dead loads, with load steps that adapt;
+//! * [`friction`]: stick-slip states of the nodes along a tool.
+//!
+//! ```
+//! use stylet_mesh::generate::kuhn_box;
+//! use stylet_physics::{body::Body, material::{Hyperelastic, NeoHookean, PlaneStress}};
+//!
+//! let mesh = kuhn_box::<2, 3>([0.0, 0.0], [0.1, 0.1], [8, 8])?;
+//! let tissue = PlaneStress::new(NeoHookean::from_young_poisson(34e3, 0.34)?);
+//! let body = Body::new(&mesh, tissue, 0.01)?;
+//! let stretched: Vec<f64> = mesh.points().iter().flat_map(|x| [0.1 * x[0], 0.0]).collect();
+//! let f = body.deformation_gradient(mesh.cells().next().unwrap(), &stretched).unwrap();
+//! let expected = tissue.energy_density(&f) * 0.1 * 0.1 * 0.01; // joules
+//! assert!((body.strain_energy(&stretched) - expected).abs() < 1e-12 * expected);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # Features
+//!
+//! * `rayon` (default): lets [`body::Body::set_threads`] spread forces, linearisations and products over threads. The
+//!   serial build gives the same bits.
+
+pub mod body;
+pub mod friction;
+pub mod material;
+mod small;
+pub mod statics;

@@ -1,0 +1,85 @@
+//! Hyperelastic materials: strain energy, stress and its differential as functions of the deformation gradient.
+//!
+//! | law | energy density | domain | stiffness |
+//! |---|---|---|---|
+//! | [`Linear`] | `mu \|e\|^2 + lambda/2 tr(e)^2`, `e = sym(F - I)` | every `F` | constant |
+//! | [`StVenantKirchhoff`] | `mu \|G\|^2 + lambda/2 tr(G)^2`, `G = (F^T F - I)/2` | `J > 0` | varies |
+//! | [`NeoHookean`] | `mu/2 (tr F^T F - D) - mu ln J + lambda/2 (J - 1)^2` | `J > 0` | varies |
+//!
+//! In two dimensions each is plane strain (`F33 = 1`, per unit of thickness); [`PlaneStress`] solves `S33 = 0` instead.
+
+mod lame;
+mod linear;
+mod neo_hookean;
+mod plane_stress;
+mod st_venant_kirchhoff;
+mod tangent;
+
+pub use lame::{Lame, MaterialError};
+pub use linear::Linear;
+pub use neo_hookean::NeoHookean;
+pub use plane_stress::PlaneStress;
+pub use st_venant_kirchhoff::StVenantKirchhoff;
+pub use tangent::Tangent;
+
+use nalgebra::SMatrix;
+
+/// A hyperelastic solid in `D` dimensions. `f` is the deformation gradient `dx/dX`, dimensionless.
+///
+/// `D = 2` is plane strain; [`PlaneStress`] wraps a solid to solve `S33 = 0`. Thickness belongs to the body.
+/// Outside the domain of a law (see [`REQUIRES_POSITIVE_J`](Self::REQUIRES_POSITIVE_J)) the energy is infinite and
+/// the stress NaN, so that no method takes a point there for an equilibrium; the tangent is unspecified.
+pub trait Hyperelastic<const D: usize>: Clone + Send + Sync {
+    /// Whether the stiffness is constant, so that a body may evaluate its gradient as a matrix product.
+    const IS_LINEAR: bool = false;
+
+    /// Whether the energy is infinite where `J = det F <= 0`, so that a step must not invert an element.
+    const REQUIRES_POSITIVE_J: bool = true;
+
+    /// Strain energy density `W(F)`, J/m^3; `f64::INFINITY` outside its domain, so that a line search backs away.
+    fn energy_density(&self, f: &SMatrix<f64, D, D>) -> f64;
+
+    /// First Piola-Kirchhoff stress `P = dW/dF`, Pa; NaN outside the domain.
+    fn first_piola_kirchhoff(&self, f: &SMatrix<f64, D, D>) -> SMatrix<f64, D, D>;
+
+    /// Stress differential `dP/dF : dF`, Pa.
+    fn stress_differential(&self, f: &SMatrix<f64, D, D>, df: &SMatrix<f64, D, D>) -> SMatrix<f64, D, D>;
+
+    /// The whole tangent `dP/dF`, Pa, by default column by column from the differential.
+    fn tangent(&self, f: &SMatrix<f64, D, D>) -> Tangent<D> {
+        Tangent::from_columns(|df| self.stress_differential(f, df))
+    }
+
+    /// Stiffness of a P1 element: blocks `K_ab[i][k] = weight * grad_a[j] dP_ij/dF_kl grad_b[l]` for `a <= b`, row by
+    /// row (`00 01 .. 11 12 ..`), where `weight` is the volume of the element (times its thickness).
+    ///
+    /// By default from [`tangent`](Self::tangent); the laws of this crate contract it in closed form.
+    ///
+    /// # Panics
+    /// If `upper` does not hold `N (N + 1) / 2` blocks.
+    fn element_stiffness<const N: usize>(
+        &self,
+        f: &SMatrix<f64, D, D>,
+        gradients: &[[f64; D]; N],
+        weight: f64,
+        upper: &mut [[[f64; D]; D]],
+    ) {
+        self.tangent(f).element_stiffness(gradients, weight, upper);
+    }
+}
+
+/// Fills the upper triangle of an element stiffness from a formula for its blocks.
+#[inline(always)]
+fn fill_upper<const D: usize, const N: usize>(
+    upper: &mut [[[f64; D]; D]],
+    mut block: impl FnMut(usize, usize) -> [[f64; D]; D],
+) {
+    assert_eq!(upper.len(), N * (N + 1) / 2, "one block for each pair a <= b");
+    let mut at = 0;
+    for a in 0..N {
+        for b in a..N {
+            upper[at] = block(a, b);
+            at += 1;
+        }
+    }
+}

@@ -1,0 +1,161 @@
+//! Compressible neo-Hookean solid, and the family of laws `mu/2 |F|^2 + U(J)` it belongs to.
+
+use super::{Hyperelastic, Lame, MaterialError, fill_upper};
+use crate::small::{cofactor, contract, determinant_minus_one, dot, map_gradients, times};
+use nalgebra::SMatrix;
+use serde::{Deserialize, Serialize};
+
+/// `W(F) = mu/2 (tr F^T F - D) - mu ln J + lambda/2 (J - 1)^2`, with `J = det F > 0` and `mu`, `lambda` in Pa.
+///
+/// In two dimensions this is the three-dimensional law at `F33 = 1` (plane strain): the out-of-plane entry adds one to
+/// `tr F^T F` and one to `D`, and nothing to `J`.
+///
+/// Source: Nienhuys, *Cutting in deformable objects*, PhD thesis, Utrecht (2003), eq. (4.6).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Unchecked")]
+pub struct NeoHookean {
+    pub(super) lame: Lame,
+}
+
+/// What a file holds, before it is checked.
+#[derive(Deserialize)]
+#[serde(rename = "NeoHookean")]
+struct Unchecked {
+    lame: Lame,
+}
+
+impl TryFrom<Unchecked> for NeoHookean {
+    type Error = MaterialError;
+    fn try_from(raw: Unchecked) -> Result<Self, MaterialError> {
+        Self::from_lame(raw.lame)
+    }
+}
+
+impl NeoHookean {
+    /// From Young's modulus (Pa, positive) and Poisson's ratio, `0 <= poisson < 0.5` (below 0 the energy has no lower
+    /// bound).
+    ///
+    /// # Errors
+    /// [`MaterialError`] if a constant is out of range.
+    pub fn from_young_poisson(young: f64, poisson: f64) -> Result<Self, MaterialError> {
+        if !(0.0..0.5).contains(&poisson) {
+            return Err(MaterialError::PoissonRatio { poisson, requirement: "0 <= nu < 0.5" });
+        }
+        Ok(Self { lame: Lame::from_young_poisson(young, poisson)? })
+    }
+
+    /// From Lamé's constants.
+    ///
+    /// # Errors
+    /// [`MaterialError::LameConstants`] if `lambda < 0`.
+    pub fn from_lame(lame: Lame) -> Result<Self, MaterialError> {
+        Ok(Self { lame: lame.non_negative()? })
+    }
+
+    /// Lamé's constants.
+    pub fn lame(&self) -> Lame {
+        self.lame
+    }
+
+    /// `J U'(J)` and `J (J U'(J))'` for `U = -mu ln J + lambda/2 (J - 1)^2`.
+    #[inline(always)]
+    fn volumetric(&self, j: f64) -> Volumetric {
+        let (mu, lambda) = (self.lame.mu(), self.lame.lambda());
+        Volumetric { stress: lambda * (j - 1.0) * j - mu, slope: lambda * (2.0 * j - 1.0) * j }
+    }
+}
+
+impl<const D: usize> Hyperelastic<D> for NeoHookean {
+    #[inline(always)]
+    fn energy_density(&self, f: &SMatrix<f64, D, D>) -> f64 {
+        // In H = F - I, so that the constants cancel before they are rounded.
+        let h = f - SMatrix::<f64, D, D>::identity();
+        let dj = determinant_minus_one(&h);
+        let energy =
+            self.lame.mu() * (h.trace() + 0.5 * h.norm_squared() - dj.ln_1p()) + 0.5 * self.lame.lambda() * dj * dj;
+        if 1.0 + dj > 0.0 && !energy.is_nan() { energy } else { f64::INFINITY }
+    }
+
+    /// `P = mu (F - F^-T) + lambda (J - 1) J F^-T`, arranged as `mu (F - C) + (J - 1)(lambda + mu/J) C` with the
+    /// cofactor matrix `C = J F^-T`: exactly zero at rest, one division.
+    #[inline(always)]
+    fn first_piola_kirchhoff(&self, f: &SMatrix<f64, D, D>) -> SMatrix<f64, D, D> {
+        let (mu, lambda) = (self.lame.mu(), self.lame.lambda());
+        let dj = determinant_minus_one(&(f - SMatrix::<f64, D, D>::identity()));
+        let (c, j) = (cofactor(f), 1.0 + dj);
+        let pressure = if j > 0.0 { dj * (lambda + mu / j) } else { f64::NAN };
+        (f - c) * mu + c * pressure
+    }
+
+    #[inline(always)]
+    fn stress_differential(&self, f: &SMatrix<f64, D, D>, df: &SMatrix<f64, D, D>) -> SMatrix<f64, D, D> {
+        let (j, inverse) = inverse_transpose(f);
+        self.volumetric(j).stress_differential(self.lame.mu(), &inverse, df)
+    }
+
+    #[inline(always)]
+    fn element_stiffness<const N: usize>(
+        &self,
+        f: &SMatrix<f64, D, D>,
+        gradients: &[[f64; D]; N],
+        weight: f64,
+        upper: &mut [[[f64; D]; D]],
+    ) {
+        let (j, inverse) = inverse_transpose(f);
+        self.volumetric(j).element_stiffness(self.lame.mu(), &inverse, gradients, weight, upper);
+    }
+}
+
+/// `J` and `F^-T`.
+#[inline(always)]
+pub(super) fn inverse_transpose<const D: usize>(f: &SMatrix<f64, D, D>) -> (f64, SMatrix<f64, D, D>) {
+    let j = 1.0 + determinant_minus_one(&(f - SMatrix::<f64, D, D>::identity()));
+    (j, cofactor(f) * (1.0 / j))
+}
+
+/// The second derivatives of `W = mu/2 |F|^2 + U(J)`, for which `P = mu F + s F^-T` with `s = J U'(J)`, and
+/// `dP = mu dF - s F^-T dF^T F^-T + J s' (F^-T : dF) F^-T`.
+pub(super) struct Volumetric {
+    /// `s = J U'(J)`, Pa.
+    pub stress: f64,
+    /// `J s'(J)`, Pa.
+    pub slope: f64,
+}
+
+impl Volumetric {
+    /// `dP`, given `inverse = F^-T`.
+    #[inline(always)]
+    pub fn stress_differential<const D: usize>(
+        &self,
+        mu: f64,
+        inverse: &SMatrix<f64, D, D>,
+        df: &SMatrix<f64, D, D>,
+    ) -> SMatrix<f64, D, D> {
+        let turned = times(&times(inverse, &df.transpose()), inverse);
+        df * mu - turned * self.stress + inverse * (self.slope * contract(inverse, df))
+    }
+
+    /// `K_ab = weight (mu (g_a.g_b) I - s h_b h_a^T + J s' h_a h_b^T)` with the spatial gradients `h = F^-T g`.
+    #[inline(always)]
+    pub fn element_stiffness<const D: usize, const N: usize>(
+        &self,
+        mu: f64,
+        inverse: &SMatrix<f64, D, D>,
+        g: &[[f64; D]; N],
+        weight: f64,
+        upper: &mut [[[f64; D]; D]],
+    ) {
+        let h = map_gradients(inverse, g);
+        let (mu, stress, slope) = (weight * mu, weight * self.stress, weight * self.slope);
+        fill_upper::<D, N>(upper, |a, b| {
+            let mut k = [[0.0; D]; D];
+            for i in 0..D {
+                for l in 0..D {
+                    k[i][l] = slope * (h[a][i] * h[b][l]) - stress * (h[b][i] * h[a][l]);
+                }
+                k[i][i] += mu * dot(&g[a], &g[b]);
+            }
+            k
+        });
+    }
+}
