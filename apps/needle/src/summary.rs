@@ -1,0 +1,138 @@
+//! What a run says of itself at its end.
+
+use crate::needle::Vec2;
+use crate::stages::{N_STAGES, Stages};
+use serde::Serialize;
+
+/// The run summary (`summary.json`, `stylet run --json`). SI units, angles in degrees where the name says so.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+pub struct Summary {
+    /// Version of this layout.
+    pub schema: u32,
+    /// Name of the scene.
+    pub scene: String,
+    /// Whether every solve reached its tolerance and the scene ran to its end, or to the last step that was asked for.
+    pub converged: bool,
+    /// Whether the run ended before the scene did.
+    pub interrupted: bool,
+    /// Why the run could not go on; absent where it could.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub failure: Option<String>,
+    /// Numbers of displacement unknowns, fixed ones included.
+    pub dofs: usize,
+    /// Mesh vertices.
+    pub nodes: usize,
+    /// Triangles.
+    pub elements: usize,
+    /// Cycles of the loop; 1 for a static load.
+    pub steps: usize,
+    /// Threads that the run was allowed.
+    pub threads: usize,
+    /// Seconds of wall time in the cycles, files excluded.
+    pub wall_s: f64,
+    /// Cycles per second of wall time.
+    pub update_hz: f64,
+    /// Strain energy, J; null in JSON where a failed run has left the domain of its material.
+    pub energy_j: f64,
+    /// The solver's work.
+    pub solver: SolverSummary,
+    /// The needle; absent where the scene has none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub needle: Option<NeedleSummary>,
+    /// Displacements at the points asked for.
+    pub probes: Vec<Probe>,
+    /// Quality of the triangles in the undeformed mesh.
+    pub quality: QualitySummary,
+    /// Seconds and calls of each stage that ran.
+    pub stages: Stages,
+}
+
+/// The solver's work over all solves of a run.
+#[derive(Clone, Copy, PartialEq, Debug, Default, Serialize)]
+pub struct SolverSummary {
+    /// Products with the stiffness matrix in conjugate gradient iterations.
+    pub iterations_total: u64,
+    /// Mean over all solves, those with no iteration included.
+    pub iterations_mean: f64,
+    /// The most in one solve.
+    pub iterations_max: u64,
+    /// Residual of the last solve over the force that (6.8) or (6.9) measures it against.
+    pub relative_residual: f64,
+    /// Solves that ran out of iterations.
+    pub unconverged_solves: u64,
+    /// Cycle of the first of them; 0 if there are none.
+    pub first_unconverged_cycle: usize,
+}
+
+/// The needle at the end of a run.
+#[derive(Clone, Copy, PartialEq, Debug, Default, Serialize)]
+pub struct NeedleSummary {
+    /// The tip, m.
+    pub tip: Vec2,
+    /// The material point at the tip in the undeformed body, m; where the tip is outside, the tip itself.
+    pub tip_reference: Vec2,
+    /// Force that holds the base, N: the sum of the forces that the needle exerts on the tissue.
+    pub base_force: Vec2,
+    /// Moment of that force about the base, N m.
+    pub base_torque: [f64; 1],
+    /// Cycles of the loop, each of which is one rearrangement.
+    pub rearrangements: usize,
+    /// Positions of the base that were left although friction states still flipped within the solver's tolerance, or the
+    /// friction of slipping nodes still drifted.
+    pub unsettled: usize,
+    /// Nodes on the needle.
+    pub nodes: usize,
+    /// Those of them that stick.
+    pub sticking: usize,
+}
+
+/// A point of the undeformed body and its displacement, m.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize)]
+pub struct Probe {
+    /// The point.
+    pub at: Vec2,
+    /// Its displacement.
+    pub displacement: Vec2,
+}
+
+/// Quality of a mesh.
+#[derive(Clone, Copy, PartialEq, Debug, Default, Serialize)]
+pub struct QualitySummary {
+    /// The smallest vertex angle.
+    pub min_angle_deg: f64,
+    /// The largest vertex angle.
+    pub max_angle_deg: f64,
+    /// The smallest quality; 1 for an equilateral triangle.
+    pub min_quality: f64,
+    /// Triangles that the deformation has turned over (det F <= 0): a linear material does not resist that.
+    pub inverted_elements: usize,
+}
+
+/// One row of `history.csv`.
+#[derive(Clone, Copy, PartialEq, Debug, Default, serde::Deserialize, Serialize)]
+pub struct HistoryRow {
+    /// Cycle, from 1.
+    pub step: usize,
+    /// Seconds; 0 in quasi-static scenes.
+    pub time_s: f64,
+    /// Insertion of the tip along the axis, m.
+    pub depth_m: f64,
+    /// The tip, m.
+    pub tip: Vec2,
+    /// Force at the base, N.
+    pub base_force: Vec2,
+    /// Moment at the base, N m.
+    pub base_torque: f64,
+    /// Iterations of conjugate gradients in this cycle.
+    pub iterations: u64,
+    /// Cycles at this position of the base, this one included.
+    pub cycles: u64,
+    /// Needle nodes at the end of this cycle.
+    pub needle_nodes: usize,
+    /// Mesh vertices.
+    pub nodes: usize,
+    /// Triangles.
+    pub elements: usize,
+    /// Seconds of each stage in this step, in the order of [`Stages::names`].
+    pub stage_seconds: [f64; N_STAGES],
+}
