@@ -1,0 +1,42 @@
+//! The command line `stylet`: scenes, runs and benchmarks.
+//!
+//! Standard output carries what was asked for and nothing else; progress and errors go to standard error, an error in one
+//! line. Exit codes: [`Exit`].
+
+mod args;
+mod bench;
+mod exit;
+mod interrupt;
+mod output;
+mod probe;
+mod progress;
+mod report;
+mod run;
+mod scenes;
+mod usage;
+
+use args::{Cli, Command};
+use clap::{CommandFactory, Parser};
+use exit::{Exit, Failure};
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let exit = match Cli::try_parse() {
+        Ok(cli) => execute(cli),
+        Err(error) => usage::answer(&error),
+    };
+    let exit = exit.unwrap_or_else(|failure| {
+        output::error_line(&failure.line);
+        failure.exit
+    });
+    ExitCode::from(exit as u8)
+}
+
+fn execute(cli: Cli) -> Result<Exit, Failure> {
+    match cli.command {
+        None => output::print(&Cli::command().render_help().to_string()).map(|()| Exit::Done),
+        Some(Command::Scenes(args)) => scenes::execute(&args),
+        Some(Command::Run(args)) => run::execute(&args),
+        Some(Command::Bench(args)) => bench::execute(&args),
+    }
+}

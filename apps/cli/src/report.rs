@@ -1,0 +1,153 @@
+//! The summary of a run for people.
+
+use std::fmt::Write as _;
+use std::path::Path;
+use stylet_needle::stages::WITHIN_SOLVE;
+use stylet_needle::summary::{NeedleSummary, Summary};
+
+/// The summary as text: what came out, where the time went, where the files are.
+pub fn text(summary: &Summary, folder: Option<&Path>) -> String {
+    let mut text = headline(summary);
+    for (name, value) in facts(summary) {
+        line(&mut text, &format!("  {name:<13} {value}"));
+    }
+    text.push('\n');
+    stages(summary, &mut text);
+    if let Some(folder) = folder {
+        text.push('\n');
+        files(folder, &mut text);
+    }
+    text
+}
+
+fn line(text: &mut String, line: &str) {
+    text.push_str(line);
+    text.push('\n');
+}
+
+fn headline(summary: &Summary) -> String {
+    let outcome = match (&summary.failure, summary.converged, summary.interrupted) {
+        (Some(_), ..) => "failed",
+        (None, true, false) => "converged",
+        (None, true, true) => "converged as far as it went",
+        (None, false, true) => "stopped early",
+        (None, false, false) => "NOT converged",
+    };
+    let cycles = if summary.steps == 1 { "1 cycle".to_owned() } else { format!("{} cycles", summary.steps) };
+    let threads = if summary.threads == 1 { "1 thread".to_owned() } else { format!("{} threads", summary.threads) };
+    let rate = if summary.steps > 1 { format!("{:.0} cycles/s, ", summary.update_hz) } else { String::new() };
+    format!("{}: {outcome}, {cycles} in {} ({rate}up to {threads})\n\n", summary.scene, seconds(summary.wall_s))
+}
+
+fn seconds(s: f64) -> String {
+    if s < 0.1 { format!("{:.2} ms", 1e3 * s) } else { format!("{s:.2} s") }
+}
+
+/// What came out: name and value.
+fn facts(summary: &Summary) -> Vec<(&'static str, String)> {
+    let quality = &summary.quality;
+    let mut facts = vec![
+        ("mesh", format!("{} nodes, {} triangles, {} unknowns", summary.nodes, summary.elements, summary.dofs)),
+        (
+            "quality",
+            format!(
+                "angles {:.1} to {:.1} degrees, worst triangle {:.3} (1 is equilateral)",
+                quality.min_angle_deg, quality.max_angle_deg, quality.min_quality
+            ),
+        ),
+    ];
+    if let Some(needle) = &summary.needle {
+        needle_facts(needle, &mut facts);
+    }
+    facts.push(("strain energy", format!("{:.4e} J", summary.energy_j)));
+    let solver = &summary.solver;
+    facts.push((
+        "solver",
+        format!(
+            "{} iterations, {:.1} a solve, at most {}; last relative residual {:.1e}",
+            solver.iterations_total, solver.iterations_mean, solver.iterations_max, solver.relative_residual
+        ),
+    ));
+    if solver.unconverged_solves > 0 {
+        let (count, first) = (solver.unconverged_solves, solver.first_unconverged_cycle);
+        facts.push(("NOT converged", format!("{count} solves, the first in cycle {first}")));
+    }
+    for probe in &summary.probes {
+        let [x, y] = probe.at;
+        facts.push(("probe", format!("({x}, {y}) m moved by {}", millimetres(probe.displacement, 4))));
+    }
+    facts
+}
+
+fn needle_facts(needle: &NeedleSummary, facts: &mut Vec<(&'static str, String)>) {
+    let tip = millimetres(needle.tip, 2);
+    // A static load has no base that could be held, and acts on the undeformed slab.
+    if needle.rearrangements > 0 {
+        let reference = millimetres(needle.tip_reference, 2);
+        facts.push(("needle tip", format!("at {tip}, in tissue that was at {reference} before")));
+        let ([x, y], [moment]) = (needle.base_force, needle.base_torque);
+        facts.push(("base force", format!("({}, {}) N, moment {} N m", fixed(x, 3), fixed(y, 3), fixed(moment, 5))));
+        facts.push(("needle nodes", format!("{}, of which {} stick", needle.nodes, needle.sticking)));
+    } else {
+        facts.push(("needle tip", format!("at {tip} in the undeformed slab")));
+        facts.push(("needle nodes", needle.nodes.to_string()));
+    }
+}
+
+fn millimetres([x, y]: [f64; 2], digits: usize) -> String {
+    format!("({}, {}) mm", fixed(1e3 * x, digits), fixed(1e3 * y, digits))
+}
+
+/// A number with that many digits after the point; rounding errors do not show as `-0.000`.
+fn fixed(x: f64, digits: usize) -> String {
+    let text = format!("{x:.digits$}");
+    match text.strip_prefix('-') {
+        Some(rest) if rest.bytes().all(|b| matches!(b, b'0' | b'.')) => rest.to_owned(),
+        _ => text,
+    }
+}
+
+/// Seconds, share and calls of each stage; stages within the solve stand below it.
+fn stages(summary: &Summary, text: &mut String) {
+    let wall = summary.wall_s.max(f64::MIN_POSITIVE);
+    let mut row = |name: &str, seconds: f64, calls: String| {
+        line(text, format!("  {name:<13} {seconds:>9.4} {:>6.1} % {calls:>9}", 100.0 * seconds / wall).trim_end());
+    };
+    let mut listed = 0.0;
+    let mut stages: Vec<_> = summary.stages.iter().collect();
+    stages.retain(|stage| !WITHIN_SOLVE.contains(&stage.0));
+    stages.sort_by(|a, b| b.1.total_cmp(&a.1));
+    for (name, seconds, calls) in stages {
+        listed += seconds;
+        row(name, seconds, calls.to_string());
+        if name == "solve" {
+            for (inner, seconds, calls) in summary.stages.iter().filter(|stage| WITHIN_SOLVE.contains(&stage.0)) {
+                row(&format!("  of it {inner}"), seconds, calls.to_string());
+            }
+        }
+    }
+    row("other", (summary.wall_s - listed).max(0.0), String::new());
+    let head = format!("  {:<13} {:>9} {:>8} {:>9}\n", "stage", "seconds", "share", "calls");
+    let at =
+        text.len() - text.lines().rev().take_while(|line| !line.is_empty()).map(|line| line.len() + 1).sum::<usize>();
+    text.insert_str(at, &head);
+}
+
+/// The files that are there, and what they are for.
+fn files(folder: &Path, text: &mut String) {
+    line(text, &format!("Files in {}:", folder.display()));
+    for (name, about) in [
+        ("mesh.svg", "the deformed mesh with the needle: look at this first"),
+        ("force.svg", "force at the base against insertion"),
+        ("iterations.svg", "iterations of each cycle"),
+        ("history.csv", "one row a cycle"),
+        ("summary.json", "this summary"),
+        ("body.pvd", "frames of the mesh, for ParaView"),
+        ("needle.pvd", "frames of the needle, for ParaView"),
+        ("state", "states to go on from with --resume"),
+    ] {
+        if folder.join(name).exists() {
+            let _ = writeln!(text, "  {name:<15} {about}");
+        }
+    }
+}

@@ -1,0 +1,102 @@
+//! Work-precision suites behind `stylet bench`, and criterion micro-benches.
+//!
+//! A suite answers one question with a table of ours beside the published values, a plot, and JSON of one common shape
+//! ([`Report`]). Times are medians over repeats; failed runs are rows too.
+
+mod conformance;
+mod density;
+mod fields;
+mod materials;
+mod published;
+mod report;
+mod speed;
+mod timing;
+mod tolerance;
+mod work_precision;
+
+pub use report::{Figure, Machine, Numbers, Report, Row};
+pub use timing::{Product, median, product_seconds};
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// A question and the code that answers it.
+#[derive(Debug)]
+pub struct Suite {
+    /// Its name on the command line.
+    pub name: &'static str,
+    /// The question, in a line.
+    pub about: &'static str,
+    /// Runs it.
+    pub run: Run,
+}
+
+/// Runs a suite. The second argument is told what is being done.
+pub type Run = fn(&BenchOptions, &mut dyn FnMut(&str)) -> Result<Report, BenchError>;
+
+/// All suites.
+pub const SUITES: &[Suite] = &[
+    Suite { name: "tolerance", about: "error against the solver's tolerance (Table 6.1)", run: tolerance::run },
+    Suite {
+        name: "density",
+        about: "iterations and error against mesh density (Tables 6.2, 6.3; Fig 6.10)",
+        run: density::run,
+    },
+    Suite {
+        name: "speed",
+        about: "cycles, iterations and time against insertion speed (Tables 6.4, 6.5)",
+        run: speed::run,
+    },
+    Suite {
+        name: "conformance",
+        about: "nodes beside the needle against relocated ones (Table 6.6)",
+        run: conformance::run,
+    },
+    Suite { name: "materials", about: "three materials on one sideways insertion (Fig 6.12)", run: materials::run },
+    Suite {
+        name: "work-precision",
+        about: "error against run time: methods x preconditioners x tolerances",
+        run: work_precision::run,
+    },
+];
+
+/// How a suite is run.
+#[derive(Clone, Debug, Default)]
+pub struct BenchOptions {
+    /// Fewer cases and repeats, in about a minute for all suites together.
+    pub quick: bool,
+    /// Where plots, tables and JSON go; nowhere if absent.
+    pub out: Option<PathBuf>,
+    /// The most threads that a run may use.
+    pub threads: usize,
+    /// Set to stop after the present run; the report then holds the rows so far.
+    pub stop: Arc<AtomicBool>,
+}
+
+impl BenchOptions {
+    /// Whether the user wants to stop.
+    pub fn stopped(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+}
+
+/// Why a suite cannot be run at all; a run that fails is a row of the report instead.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum BenchError {
+    /// A scene that the suite builds on.
+    #[error(transparent)]
+    Needle(#[from] stylet_needle::NeedleError),
+    /// A plot.
+    #[error(transparent)]
+    Plot(#[from] stylet_plot::PlotError),
+    /// A file or folder that cannot be written.
+    #[error("{path}: {reason}")]
+    Output {
+        /// The file or folder.
+        path: String,
+        /// What the system says.
+        reason: String,
+    },
+}
