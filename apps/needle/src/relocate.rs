@@ -6,8 +6,9 @@
 use crate::error::NeedleError;
 use crate::needle::{Vec2, minus};
 use crate::slab::Slab;
-use crate::tip::{barycentric, combine, deformed_corners};
+use crate::tip::{barycentric, deformed_corners};
 use stylet_mesh::VertexId;
+use stylet_mesh::geometry::combine;
 use stylet_physics::material::Hyperelastic;
 
 /// Moves `vertex` within the body so that it comes to lie at the point `target` of space. The material does not move: the
@@ -34,7 +35,7 @@ pub fn onto_needle<M: Hyperelastic<2>>(
     for cell in star {
         let weights = barycentric(deformed_corners(&slab.mesh, &slab.u, cell), target);
         if weights.iter().all(|&w| w >= -1e-9) {
-            let rest = combine(slab.mesh.corners(cell), weights);
+            let rest = combine(&slab.mesh.corners(cell), &weights);
             return slab.move_vertex(vertex, rest, minus(target, rest));
         }
     }

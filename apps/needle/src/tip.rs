@@ -6,6 +6,7 @@
 
 use crate::needle::{Vec2, along, cross, dot, minus};
 use serde::{Deserialize, Serialize};
+use stylet_mesh::geometry::combine;
 use stylet_mesh::{CellId, SimplexMesh, VertexId};
 
 /// A triangle mesh.
@@ -56,16 +57,6 @@ pub fn barycentric(corners: [Vec2; 3], p: Vec2) -> [f64; 3] {
     [u / sum, v / sum, w / sum]
 }
 
-/// The point with these barycentric coordinates.
-#[inline]
-pub fn combine(corners: [Vec2; 3], barycentric: [f64; 3]) -> Vec2 {
-    let mut point = [0.0; 2];
-    for (corner, weight) in corners.iter().zip(barycentric) {
-        point = along(point, weight, *corner);
-    }
-    point
-}
-
 fn contains(barycentric: [f64; 3]) -> bool {
     barycentric.iter().all(|&l| l >= -SLACK)
 }
@@ -73,12 +64,12 @@ fn contains(barycentric: [f64; 3]) -> bool {
 impl Inside {
     /// The point in space, m.
     pub fn in_space(&self, mesh: &TriMesh, u: &[f64]) -> Vec2 {
-        combine(deformed_corners(mesh, u, self.cell), self.barycentric)
+        combine(&deformed_corners(mesh, u, self.cell), &self.barycentric)
     }
 
     /// The point in the undeformed body, m.
     pub fn in_reference(&self, mesh: &TriMesh) -> Vec2 {
-        combine(mesh.corners(self.cell), self.barycentric)
+        combine(&mesh.corners(self.cell), &self.barycentric)
     }
 
     /// The triangles that this point touches: its own, and those around the edge or vertex that it lies on.
