@@ -215,7 +215,7 @@ impl<const D: usize, const N: usize> SimplexMesh<D, N> {
         self.generations.push(oldest.saturating_add(1));
         self.vertex_leaf.push(NONE);
         let origin = Origin::midpoint(VertexId(ends[0]), VertexId(ends[1]));
-        recorder.births.push(VertexBirth { vertex: VertexId(vertex), origin });
+        recorder.births.push(VertexBirth { vertex: VertexId(vertex), origin, with_previous: false });
         vertex
     }
 

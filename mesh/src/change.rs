@@ -25,6 +25,20 @@ impl Origin {
         Self { len: 2, vertices, weights }
     }
 
+    /// The point with some barycentric coordinates in a cell with the given vertices; parents of weight 0 are left out.
+    ///
+    /// # Panics
+    /// If more than [`MAX_PARENTS`] weights are not zero.
+    pub fn combination<const N: usize>(cell: &[VertexId; N], weights: &[f64; N]) -> Self {
+        let mut origin = Self { len: 0, vertices: [VertexId(0); MAX_PARENTS], weights: [0.0; MAX_PARENTS] };
+        for (&vertex, &weight) in cell.iter().zip(weights).filter(|(_, weight)| **weight != 0.0) {
+            let at = origin.len as usize;
+            (origin.vertices[at], origin.weights[at]) = (vertex, weight);
+            origin.len += 1;
+        }
+        origin
+    }
+
     /// The parents and their weights, which sum to one.
     pub fn parents(&self) -> impl Iterator<Item = (VertexId, f64)> + '_ {
         (0..self.len as usize).map(|k| (self.vertices[k], self.weights[k]))
@@ -46,13 +60,16 @@ impl Origin {
     }
 }
 
-/// A vertex born of others.
+/// A vertex born of others, or moved among them.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 pub struct VertexBirth {
-    /// The new vertex.
+    /// The new vertex, which may take over the id of one that was removed; or an old one that was moved.
     pub vertex: VertexId,
-    /// The older vertices it is a combination of.
+    /// The older vertices it is a combination of; a moved vertex may be one of its own.
     pub origin: Origin,
+    /// Whether this happened together with the entry before it: the origins of a group are of the values from before
+    /// the group. Bisections happen one after the other; a remeshing step may move several vertices at once.
+    pub with_previous: bool,
 }
 
 /// The net difference that one operation made: what was alive before and is not after, and the reverse.
@@ -61,12 +78,16 @@ pub struct VertexBirth {
 /// between before the first and after the last. [`clear`](Self::clear) it to start afresh.
 #[derive(Clone, Default, PartialEq, Debug, Serialize, Deserialize)]
 pub struct MeshChange {
-    /// Cells that were alive before and are not any more, ascending.
+    /// Cells that were alive before and are not any more, ascending. A cell whose slot another cell took over, or whose
+    /// vertices moved, is among the dead and among the born.
     pub died: Vec<CellId>,
     /// Cells that are alive now and were not before, ascending.
     pub born: Vec<CellId>,
-    /// New vertices, parents before children.
+    /// New and moved vertices in the order in which it happened, so parents before children. Vertices that were removed
+    /// again are among them, because later ones may stem from them.
     pub vertices: Vec<VertexBirth>,
+    /// Vertices that were removed and whose ids no other vertex has taken over, ascending.
+    pub removed: Vec<VertexId>,
 }
 
 impl MeshChange {
@@ -75,6 +96,7 @@ impl MeshChange {
         self.died.clear();
         self.born.clear();
         self.vertices.clear();
+        self.removed.clear();
     }
 
     /// Adds to this change a later one, given as its deaths and its births (both ascending): what was born here and
@@ -96,18 +118,26 @@ impl MeshChange {
 
     /// Whether nothing happened.
     pub fn is_empty(&self) -> bool {
-        self.died.is_empty() && self.born.is_empty() && self.vertices.is_empty()
+        self.died.is_empty() && self.born.is_empty() && self.vertices.is_empty() && self.removed.is_empty()
     }
 
-    /// Appends to `field` (flat, `WIDTH` numbers per vertex) the values at the new vertices, whose ids follow on its end.
+    /// Carries `field` (flat, `WIDTH` numbers per vertex slot) across the change: new and moved vertices get the values
+    /// of their origins, all others keep theirs. The field grows if there are new slots.
     ///
     /// # Panics
-    /// If a vertex id is not the next slot of `field`.
-    pub fn extend_field<const WIDTH: usize>(&self, field: &mut Vec<f64>) {
-        for birth in &self.vertices {
-            assert_eq!(birth.vertex.index() * WIDTH, field.len(), "vertex births follow on the field's end");
-            let value: [f64; WIDTH] = birth.origin.interpolate(field);
-            field.extend_from_slice(&value);
+    /// If the field is shorter than the mesh had slots before the change.
+    pub fn carry_field<const WIDTH: usize>(&self, field: &mut Vec<f64>) {
+        let mut values: Vec<[f64; WIDTH]> = Vec::new();
+        for group in self.vertices.chunk_by(|_, next| next.with_previous) {
+            values.clear();
+            values.extend(group.iter().map(|birth| birth.origin.interpolate::<WIDTH>(field)));
+            for (birth, value) in group.iter().zip(&values) {
+                let at = birth.vertex.index() * WIDTH;
+                if field.len() < at + WIDTH {
+                    field.resize(at + WIDTH, 0.0);
+                }
+                field[at..at + WIDTH].copy_from_slice(value);
+            }
         }
     }
 }

@@ -14,7 +14,7 @@
 //! assert_eq!((mesh.n_cells(), mesh.n_vertices()), (2_104, 417));
 //!
 //! // A field follows the change.
-//! change.extend_field::<1>(&mut temperature);
+//! change.carry_field::<1>(&mut temperature);
 //! assert!(mesh.points().iter().zip(&temperature).all(|(p, t)| p[2] == *t));
 //! assert_eq!(quality::shapes(&mesh), 3);
 //! # Ok::<(), Box<dyn std::error::Error>>(())

@@ -152,7 +152,7 @@ impl<M: Hyperelastic<2>> Slab<M> {
         if change.is_empty() {
             return Ok(());
         }
-        change.extend_field::<2>(&mut self.u);
+        change.carry_field::<2>(&mut self.u);
         self.load.resize(self.u.len(), 0.0);
         self.subspace.resize(self.mesh.n_vertices());
         self.body.apply_change(&self.mesh, change)?;
@@ -188,7 +188,7 @@ impl<M: Hyperelastic<2>> Slab<M> {
             return Ok(false);
         }
         self.u[2 * vertex.index()..][..2].copy_from_slice(&displacement);
-        let change = MeshChange { died: star.clone(), born: star, vertices: Vec::new() };
+        let change = MeshChange { died: star.clone(), born: star, vertices: Vec::new(), removed: Vec::new() };
         self.apply_change(&change).map_err(|e| mesh_error(0, e))?;
         Ok(true)
     }

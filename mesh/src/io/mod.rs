@@ -1,9 +1,11 @@
 //! Files: VTK XML meshes and collections of them over time, as ParaView reads them.
 
 mod atomic;
+mod data;
 mod pvd;
 mod vtu;
 
+pub use data::{CellBlock, DataField, MeshData, RegionName};
 pub use pvd::Collection;
 pub use vtu::{Field, VtuData, write_vtu};
 

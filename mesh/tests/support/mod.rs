@@ -163,6 +163,6 @@ pub fn assert_net<const D: usize, const N: usize>(
     assert!(change.died.is_sorted() && change.born.is_sorted());
 
     let mut field: Vec<f64> = before.points().as_flattened().to_vec();
-    change.extend_field::<D>(&mut field);
+    change.carry_field::<D>(&mut field);
     assert_eq!(field, mesh.points().as_flattened(), "origins reproduce positions, bit for bit");
 }
