@@ -69,8 +69,8 @@ fn solves(c: &mut Criterion) {
     for n in SQUARES {
         let mesh = support::cube::<2, 3>(n);
         let body = Body::new(&mesh, support::linear_slab(), support::TISSUE.2).expect("a body");
-        let mut subspace = Subspace::new(mesh.n_vertices());
-        let mut load = vec![0.0; 2 * mesh.n_vertices()];
+        let mut subspace = Subspace::new(mesh.n_vertex_slots());
+        let mut load = vec![0.0; 2 * mesh.n_vertex_slots()];
         for (v, x) in mesh.points().iter().enumerate() {
             if x[0] == support::SIDE {
                 subspace.set(v, Constraint::Fixed).expect("a vertex of the mesh");

@@ -31,7 +31,7 @@ pub(crate) fn run(options: &BenchOptions, say: &mut dyn FnMut(&str)) -> Result<R
         }
     }
     if let [Some(relocated), Some(plain)] = &fields[..] {
-        let same_node: Vec<f64> = (0..plain.mesh.n_vertices())
+        let same_node: Vec<f64> = (0..plain.mesh.n_vertex_slots())
             .map(|v| (relocated.u[2 * v] - plain.u[2 * v]).hypot(relocated.u[2 * v + 1] - plain.u[2 * v + 1]))
             .collect();
         let (mean, max) = mean_max_mm(&same_node);

@@ -15,9 +15,9 @@
 //! 16 (1995); closure by compatible patches: Kossaczky, J. Comput. Appl. Math. 55 (1994).
 
 use crate::{
-    BisectError, CellId, MeshChange, Origin, SimplexMesh, VertexBirth, VertexId,
-    complex::{MAX_SLOTS, NONE, Node, link, unlink},
-    geometry, longest_edge,
+    BisectError, CellId, MeshChange, Origin, Rule, SimplexMesh, VertexBirth, VertexId, geometry, longest_edge,
+    node::{MAX_LEVEL, MAX_SLOTS, NONE, Node, for_tag, is_interior, link, unlink},
+    recorder::Recorder,
     start::coordinate_limit,
 };
 
@@ -33,156 +33,170 @@ impl<const D: usize, const N: usize> SimplexMesh<D, N> {
     /// A marked cell is bisected once; a mark that is repeated, or on a cell that is no longer alive, does nothing.
     ///
     /// # Errors
-    /// [`BisectError::UnknownCell`] before anything is done; [`BisectError::SlotLimit`], [`BisectError::Memory`] or
-    /// [`BisectError::Resolution`] in the midst, with a conforming mesh and a true `change`.
+    /// [`BisectError::UnknownCell`] before anything is done; [`BisectError::SlotLimit`], [`BisectError::BisectionLimit`],
+    /// [`BisectError::Memory`], [`BisectError::Resolution`] or [`BisectError::Remeshed`] in the midst, with a conforming
+    /// mesh and a true `change`.
     pub fn bisect(&mut self, marked: &[CellId], change: &mut MeshChange) -> Result<(), BisectError> {
-        if let Some(cell) = marked.iter().find(|cell| cell.index() >= self.nodes.len()) {
-            return Err(BisectError::UnknownCell { cell: cell.0, n_slots: self.nodes.len() });
+        self.check_marks(marked)?;
+        self.record(change, |mesh, recorder| marked.iter().try_for_each(|cell| mesh.mark(cell.0, recorder)))
+    }
+
+    /// Refuses marks on cells that never existed.
+    pub(crate) fn check_marks(&self, marked: &[CellId]) -> Result<(), BisectError> {
+        match marked.iter().find(|cell| cell.index() >= self.nodes.len()) {
+            Some(cell) => Err(BisectError::UnknownCell { cell: cell.0, n_slots: self.nodes.len() }),
+            None => Ok(()),
         }
-        self.record(change, |mesh, recorder| marked.iter().try_for_each(|cell| mesh.close(cell.index(), recorder)))
     }
 
-    /// Runs an operation and composes `change` with the net difference that it makes.
-    ///
-    /// Slots are handed out in order, so a cell that was born within the operation is known by its slot.
-    pub(crate) fn record(
-        &mut self,
-        change: &mut MeshChange,
-        operation: impl FnOnce(&mut Self, &mut Recorder) -> Result<(), BisectError>,
-    ) -> Result<(), BisectError> {
-        let mut recorder = Recorder { first_slot: self.nodes.len(), births: std::mem::take(&mut change.vertices) };
-        self.died.clear();
-        let outcome = operation(self, &mut recorder);
-        change.vertices = recorder.births;
-        let mut died = std::mem::take(&mut self.died);
-        died.sort_unstable();
-        change.compose(&died, self.cells_from(recorder.first_slot));
-        self.died = died;
-        outcome
-    }
-
-    /// The live cells from a slot on, ascending.
-    fn cells_from(&self, first: usize) -> impl Iterator<Item = CellId> + '_ {
-        (first..self.nodes.len()).filter(|&slot| self.nodes[slot].child == NONE).map(|slot| CellId(slot as u32))
+    /// Bisects a cell if it is alive, and counts that.
+    #[inline]
+    pub(crate) fn mark(&mut self, slot: u32, recorder: &mut Recorder) -> Result<(), BisectError> {
+        recorder.total.marks += u64::from(self.nodes[slot as usize].is_leaf());
+        self.close(slot, recorder)
     }
 
     /// Bisects one live cell, after whatever neighbours have to be bisected first.
     ///
     /// A neighbour that stands in the way has an edge that comes earlier: in the first cycle a longer one, later one of
     /// a lower level. So the stack never holds a cell twice, and a greater depth than there are cells means an error.
-    pub(crate) fn close(&mut self, slot: usize, recorder: &mut Recorder) -> Result<(), BisectError> {
-        let mut stack = std::mem::take(&mut self.stack);
-        stack.clear();
-        stack.push(slot as u32);
-        let mut outcome = Ok(());
-        while let Some(&top) = stack.last() {
-            if self.nodes[top as usize].child != NONE {
-                stack.pop();
-                continue;
+    #[inline]
+    pub(crate) fn close(&mut self, slot: u32, recorder: &mut Recorder) -> Result<(), BisectError> {
+        recorder.stack.clear();
+        let mut top = slot;
+        loop {
+            let node = &self.nodes[top as usize];
+            if node.is_leaf() {
+                if self.is_remeshed(node) {
+                    return Err(BisectError::Remeshed { cell: top });
+                }
+                if let Some(obstacle) = self.collect_patch(top, &mut recorder.patch) {
+                    recorder.stack.push(top);
+                    if recorder.stack.len() > self.n_live {
+                        return Err(BisectError::Closure { cell: slot, steps: recorder.stack.len() });
+                    }
+                    top = obstacle;
+                    continue;
+                }
+                self.split_patch(recorder)?;
+            } else if node.is_covered() {
+                return Err(BisectError::Remeshed { cell: top });
             }
-            match self.collect_patch(top) {
-                None => outcome = self.split_patch(recorder),
-                Some(obstacle) => stack.push(obstacle),
+            match recorder.stack.pop() {
+                Some(next) => top = next,
+                None => return Ok(()),
             }
-            if stack.len() > self.n_live + 1 {
-                outcome = Err(BisectError::Closure { cell: slot as u32, steps: stack.len() });
-            }
-            if outcome.is_err() {
-                break;
-            }
-        }
-        self.stack = stack;
-        outcome
-    }
-
-    /// Bisects the cells around the refinement edge of a live cell, or returns false if not all of them have it as theirs.
-    pub(crate) fn bisect_patch(&mut self, seed: u32, recorder: &mut Recorder) -> Result<bool, BisectError> {
-        match self.collect_patch(seed) {
-            None => self.split_patch(recorder).map(|()| true),
-            Some(_) => Ok(false),
         }
     }
 
     /// Gathers into `patch` the cells around the refinement edge of `seed`, or returns one of them that has another
     /// refinement edge.
-    fn collect_patch(&mut self, seed: u32) -> Option<u32> {
-        let ends = self.nodes[seed as usize].edge();
-        let mut patch = std::mem::take(&mut self.patch);
+    fn collect_patch(&mut self, seed: u32, patch: &mut Vec<u32>) -> Option<u32> {
+        let (nodes, overlay) = (&mut self.nodes[..], &self.overlay);
+        let ends = nodes[seed as usize].edge();
         patch.clear();
         patch.push(seed);
-        self.nodes[seed as usize].visited = true;
+        nodes[seed as usize].visit();
         let (mut next, mut obstacle) = (0, None);
-        'search: while next < patch.len() {
-            let slot = patch[next] as usize;
+        'search: while let Some(&slot) = patch.get(next) {
             next += 1;
-            let tag = self.nodes[slot].tag as usize;
+            let (tag, links) = (nodes[slot as usize].tag(), nodes[slot as usize].links);
             // The facets that contain the edge are those opposite the other vertices.
-            for facet in (1..N).filter(|&facet| facet != tag) {
-                let link = self.links[slot][facet];
-                if link == NONE {
+            for facet in 1..N {
+                if facet == tag || !is_interior(links[facet]) {
                     continue;
                 }
-                let (neighbor, _) = unlink(link);
-                if self.nodes[neighbor].visited {
+                let neighbor = &mut nodes[unlink(links[facet]).0];
+                if neighbor.is_visited() {
                     continue;
                 }
-                if self.nodes[neighbor].edge() != ends {
-                    obstacle = Some(neighbor as u32);
+                let at = unlink(links[facet]).0 as u32;
+                if neighbor.edge() != ends || overlay.holds(&neighbor.v) {
+                    obstacle = Some(at);
                     break 'search;
                 }
-                self.nodes[neighbor].visited = true;
-                patch.push(neighbor as u32);
+                neighbor.visit();
+                patch.push(at);
             }
         }
-        for &slot in &patch {
-            self.nodes[slot as usize].visited = false;
+        for &slot in &*patch {
+            nodes[slot as usize].unvisit();
         }
-        self.patch = patch;
         obstacle
     }
 
-    /// Bisects the cells in `patch`, which all have one refinement edge and are all the cells around it.
+    /// Bisects the cells in the patch, which all have one refinement edge and are all the cells around it.
     fn split_patch(&mut self, recorder: &mut Recorder) -> Result<(), BisectError> {
-        let patch = std::mem::take(&mut self.patch);
-        let outcome = self.midpoint(&patch).map(|midpoint| {
-            let vertex = self.push_midpoint(&patch, midpoint, recorder);
-            for &slot in &patch {
-                self.push_children(slot, vertex);
+        self.check_room(recorder)?;
+        let vertex = self.push_midpoint(recorder)?;
+        let n = recorder.patch.len();
+        for i in 0..n {
+            let slot = recorder.patch[i];
+            let tag = self.nodes[slot as usize].tag();
+            for_tag!(tag, K => self.split_cell::<K>(slot, vertex, recorder));
+        }
+        for i in 0..n {
+            let slot = recorder.patch[i] as usize;
+            for_tag!(self.nodes[slot].tag(), K => self.link_halves::<K>(slot));
+        }
+        if self.rule == Rule::LongestEdge {
+            for i in 0..n {
+                self.arrange_halves(recorder.patch[i] as usize);
             }
-            for &slot in &patch {
-                self.link_children(slot as usize);
-            }
-            for &slot in &patch {
-                self.settle(slot as usize, recorder);
-            }
-            self.n_live += patch.len();
-        });
-        self.patch = patch;
-        outcome
+        }
+        recorder.bisections += n;
+        self.n_live += n;
+        Ok(())
     }
 
-    /// The midpoint of the refinement edge of a patch, once there is room for the children and they are sound.
-    fn midpoint(&mut self, patch: &[u32]) -> Result<[f64; D], BisectError> {
-        let needed = self.nodes.len() + 2 * patch.len();
-        let limit = self.slot_limit.min(MAX_SLOTS);
-        if needed > limit {
-            return Err(BisectError::SlotLimit { needed, limit });
+    /// Refuses a patch for which there are not enough slots, bisections or bytes.
+    #[inline]
+    fn check_room(&mut self, recorder: &Recorder) -> Result<(), BisectError> {
+        let n = recorder.patch.len();
+        let needed = self.nodes.len() + 2 * n.saturating_sub(self.free_pairs.len());
+        if needed > self.slot_limit {
+            return Err(BisectError::SlotLimit { needed, limit: self.slot_limit.min(MAX_SLOTS) });
         }
-        let room = self.nodes.try_reserve(2 * patch.len()).and_then(|()| self.links.try_reserve(2 * patch.len()));
-        room.and_then(|()| self.points.try_reserve(1)).map_err(|_| BisectError::Memory { needed })?;
+        if recorder.bisections + n > recorder.limit {
+            let needed = recorder.bisections + n;
+            return Err(BisectError::BisectionLimit { needed, limit: recorder.limit });
+        }
+        let room = self.nodes.try_reserve(2 * n).and_then(|()| self.points.try_reserve(1));
+        room.map_err(|_| BisectError::Memory { needed })
+    }
 
+    /// Makes the midpoint of the refinement edge of the patch, unless it or the halves would be unsound.
+    fn push_midpoint(&mut self, recorder: &mut Recorder) -> Result<u32, BisectError> {
+        let patch = &recorder.patch[..];
         let [a, b] = self.nodes[patch[0] as usize].edge();
         let (p, q) = (&self.points[a as usize], &self.points[b as usize]);
         let midpoint = std::array::from_fn(|k| 0.5 * p[k] + 0.5 * q[k]);
-        let length = geometry::distance2(p, q).sqrt();
+        let length2 = geometry::distance2(p, q);
         let magnitude = p.iter().chain(q).fold(0.0_f64, |m, x| m.max(x.abs()));
-        let too_deep = patch.iter().any(|&slot| self.nodes[slot as usize].level == u16::MAX);
-        let too_short = length < SHORTEST * magnitude || length < 4.0 / coordinate_limit::<D>();
-        let fine = length < FINE * magnitude;
-        if too_deep || too_short || fine && !self.halves_are_sound(patch, &midpoint) {
-            return Err(BisectError::Resolution { a, b, length });
+        let (shortest, fine) = (SHORTEST * magnitude, FINE * magnitude);
+        let mut deepest = 0;
+        let mut oldest = 0;
+        for &slot in patch {
+            let node = &self.nodes[slot as usize];
+            deepest = deepest.max(node.level());
+            for v in node.v {
+                oldest = oldest.max(self.generations[v as usize]);
+            }
         }
-        Ok(midpoint)
+        let limit = 4.0 / coordinate_limit::<D>();
+        let too_short = length2 < shortest * shortest || length2 < limit * limit;
+        let unsound = || length2 < fine * fine && !self.halves_are_sound(patch, &midpoint);
+        if deepest == MAX_LEVEL || too_short || unsound() {
+            return Err(BisectError::Resolution { a, b, length: length2.sqrt() });
+        }
+        if oldest == u16::MAX {
+            let (generation, limit) = (u32::from(oldest) + 1, u32::from(u16::MAX));
+            return Err(BisectError::Generation { a, b, generation, limit });
+        }
+        let vertex = self.put_vertex(midpoint, [a, b], oldest + 1);
+        let origin = Origin::midpoint(VertexId(a), VertexId(b));
+        recorder.births.push(VertexBirth { vertex: VertexId(vertex), origin, with_previous: false });
+        Ok(vertex)
     }
 
     /// Whether, in spite of the rounding of `midpoint`, each half has between a quarter and three of its cell's volume.
@@ -191,7 +205,7 @@ impl<const D: usize, const N: usize> SimplexMesh<D, N> {
             let node = &self.nodes[slot as usize];
             let corners = self.corners_of(&node.v);
             let whole = geometry::signed_measure(&corners);
-            [0, node.tag as usize].iter().all(|&end| {
+            [0, node.tag()].iter().all(|&end| {
                 let mut half = corners;
                 half[end] = *midpoint;
                 let part = geometry::signed_measure(&half) / whole;
@@ -200,80 +214,101 @@ impl<const D: usize, const N: usize> SimplexMesh<D, N> {
         })
     }
 
-    fn push_midpoint(&mut self, patch: &[u32], midpoint: [f64; D], recorder: &mut Recorder) -> u32 {
-        let vertex = self.points.len() as u32;
-        let ends = self.nodes[patch[0] as usize].edge();
-        let around = patch.iter().flat_map(|&slot| self.nodes[slot as usize].v);
-        let oldest = around.map(|v| self.generations[v as usize]).max().unwrap_or(0);
-        if !self.reference.is_empty() {
-            let [p, q] = ends.map(|v| self.reference[v as usize]);
-            self.reference.push(std::array::from_fn(|k| 0.5 * p[k] + 0.5 * q[k]));
-        }
-        self.points.push(midpoint);
-        self.parents.push(ends);
-        // Levels are bounded by 16 bits and a generation by the level.
-        self.generations.push(oldest.saturating_add(1));
-        self.vertex_leaf.push(NONE);
-        let origin = Origin::midpoint(VertexId(ends[0]), VertexId(ends[1]));
-        recorder.births.push(VertexBirth { vertex: VertexId(vertex), origin, with_previous: false });
-        vertex
-    }
-
-    /// Appends the children of a cell, not linked yet.
-    fn push_children(&mut self, slot: u32, vertex: u32) {
-        let child = self.nodes.len() as u32;
-        let children = self.nodes[slot as usize].children(slot, vertex);
-        self.nodes.extend(children);
-        self.links.extend([[NONE; N]; 2]);
-        self.nodes[slot as usize].child = child;
-    }
-
-    /// Links the children of a cell with each other, with the cells outside the patch across the facets that are not
-    /// cut, and with the children of the cells of the patch across the facets that are.
-    fn link_children(&mut self, slot: usize) {
-        let (old, node) = (self.links[slot], self.nodes[slot]);
-        let (k, child) = (node.tag as usize, node.child);
-        let (c0, c1) = (child as usize, child as usize + 1);
-        self.links[c0][0] = link(child + 1, k - 1);
-        self.links[c1][k - 1] = link(child, 0);
-        self.join((c0, k), old[k]);
-        self.join((c1, k), old[0]);
-        for facet in (1..N).filter(|&facet| facet != k && old[facet] != NONE) {
-            let (neighbor, there) = unlink(old[facet]);
-            let other = self.nodes[neighbor];
-            let here_1 = if facet < k { facet - 1 } else { facet };
-            let there_1 = if there < other.tag as usize { there - 1 } else { there };
-            let (link_0, link_1) = (link(other.child, there), link(other.child + 1, there_1));
-            // Seen from the neighbour the edge may run the other way.
-            let same = other.v[0] == node.v[0];
-            self.links[c0][facet] = if same { link_0 } else { link_1 };
-            self.links[c1][here_1] = if same { link_1 } else { link_0 };
-        }
-    }
-
-    /// Links facet `here.1` of cell `here.0` with `there`, both ways.
-    fn join(&mut self, here: (usize, usize), there: u32) {
-        self.links[here.0][here.1] = there;
-        if there != NONE {
-            let (neighbor, facet) = unlink(there);
-            self.links[neighbor][facet] = link(here.0 as u32, here.1);
-        }
-    }
-
-    /// Retires a bisected cell: its vertices get new leaves, its children their final order.
-    fn settle(&mut self, slot: usize, recorder: &Recorder) {
-        self.links[slot] = [NONE; N];
-        if slot < recorder.first_slot {
-            self.died.push(CellId(slot as u32));
-        }
-        let child = self.nodes[slot].child;
-        for c in [child, child + 1] {
-            for v in self.nodes[c as usize].v {
-                self.vertex_leaf[v as usize] = c;
+    /// Stores a vertex between two others under the latest id that is free, or else a new one; its cell is yet to be set.
+    fn put_vertex(&mut self, point: [f64; D], ends: [u32; 2], generation: u16) -> u32 {
+        let moved = !self.reference.is_empty();
+        let reference = || -> [f64; D] {
+            let [p, q] = ends.map(|v| &self.reference[v as usize]);
+            std::array::from_fn(|k| 0.5 * p[k] + 0.5 * q[k])
+        };
+        if let Some(vertex) = self.free_vertices.pop() {
+            let at = vertex as usize;
+            if moved {
+                self.reference[at] = reference();
             }
+            self.points[at] = point;
+            self.parents[at] = ends;
+            self.generations[at] = generation;
+            return vertex;
+        }
+        if moved {
+            let reference = reference();
+            self.reference.push(reference);
+        }
+        self.points.push(point);
+        self.parents.push(ends);
+        self.generations.push(generation);
+        self.vertex_leaf.push(NONE);
+        self.points.len() as u32 - 1
+    }
+
+    /// Puts the halves of a cell of tag `K` into a free or a new pair of slots, and links them with each other and with the
+    /// cells across the facets that are not cut.
+    #[inline]
+    fn split_cell<const K: usize>(&mut self, slot: u32, vertex: u32, recorder: &mut Recorder) {
+        let freed = self.free_pairs.pop();
+        let first = freed.unwrap_or(self.nodes.len() as u32);
+        let nodes = &mut self.nodes[..];
+        let node = &mut nodes[slot as usize];
+        let last = node.v[K];
+        let [mut lower, mut upper] = node.children_of_tag::<K>(slot, first, vertex);
+        node.bisect_into(first);
+        recorder.kill(slot, node);
+        for (outer, half) in [(lower.links[K], first), (upper.links[K], first + 1)] {
+            if is_interior(outer) {
+                let (neighbor, facet) = unlink(outer);
+                nodes[neighbor].links[facet] = link(half, K);
+            }
+        }
+        let leaves = &mut self.vertex_leaf[..];
+        for v in lower.v {
+            leaves[v as usize] = first;
+        }
+        leaves[last as usize] = first + 1;
+        if freed.is_some() {
+            let at = first as usize;
+            recorder.make(first, nodes[at].info, &mut lower);
+            recorder.make(first + 1, nodes[at + 1].info, &mut upper);
+            nodes[at] = lower;
+            nodes[at + 1] = upper;
+        } else {
+            self.nodes.extend_from_slice(&[lower, upper]);
+        }
+    }
+
+    /// Links the halves of a cell of tag `K` with those of the cells of the patch across the facets that are cut.
+    #[inline]
+    fn link_halves<const K: usize>(&mut self, slot: usize) {
+        let nodes = &mut self.nodes[..];
+        let Node { links, v, .. } = nodes[slot];
+        let first = links[0] as usize;
+        for facet in 1..N {
+            if facet == K || !is_interior(links[facet]) {
+                continue;
+            }
+            let (neighbor, there) = unlink(links[facet]);
+            let other = &nodes[neighbor];
+            let there_upper = there - usize::from(there < other.tag());
+            let (to_lower, to_upper) = (link(other.links[0], there), link(other.links[0] + 1, there_upper));
+            // Seen from the neighbour the edge may run the other way.
+            let (to_first, to_second) = if other.v[0] == v[0] { (to_lower, to_upper) } else { (to_upper, to_lower) };
+            nodes[first].links[facet] = to_first;
+            nodes[first + 1].links[if facet < K { facet - 1 } else { facet }] = to_second;
+        }
+    }
+
+    /// Gives the halves of a cell of the first cycle their final order.
+    #[inline]
+    fn arrange_halves(&mut self, slot: usize) {
+        let node = &self.nodes[slot];
+        if usize::from(node.level()) + 1 >= N - 1 {
+            return;
+        }
+        let first = node.links[0];
+        for cell in [first, first + 1] {
             let points = if self.reference.is_empty() { &self.points } else { &self.reference };
-            if longest_edge::arrange(points, &mut self.nodes[c as usize], &mut self.links[c as usize]) {
-                self.correct_links(c);
+            if longest_edge::arrange(points, &mut self.nodes[cell as usize]) {
+                self.correct_links(cell);
             }
         }
     }
@@ -281,47 +316,11 @@ impl<const D: usize, const N: usize> SimplexMesh<D, N> {
     /// Tells the neighbours of a cell whose vertices changed places under which facet they find it now.
     fn correct_links(&mut self, cell: u32) {
         for facet in 0..N {
-            let there = self.links[cell as usize][facet];
-            if there != NONE {
+            let there = self.nodes[cell as usize].links[facet];
+            if is_interior(there) {
                 let (neighbor, across) = unlink(there);
-                self.links[neighbor][across] = link(cell, facet);
+                self.nodes[neighbor].links[across] = link(cell, facet);
             }
         }
-    }
-}
-
-/// What is known of a running operation: the first slot that it made, and the vertices born.
-#[derive(Default)]
-pub(crate) struct Recorder {
-    first_slot: usize,
-    births: Vec<VertexBirth>,
-}
-
-impl<const N: usize> Node<N> {
-    /// The ends of the refinement edge, ascending.
-    #[inline]
-    pub(crate) fn edge(&self) -> [u32; 2] {
-        let (a, b) = (self.v[0], self.v[self.tag as usize]);
-        [a.min(b), a.max(b)]
-    }
-
-    /// The children of this node, found in `slot`, at the midpoint `vertex` of its refinement edge.
-    pub(crate) fn children(&self, slot: u32, vertex: u32) -> [Self; 2] {
-        let k = self.tag as usize;
-        let child = Self {
-            parent: slot,
-            child: NONE,
-            level: self.level + 1,
-            tag: if k > 1 { self.tag - 1 } else { (N - 1) as u8 },
-            visited: false,
-            ..*self
-        };
-        let (mut first, mut second) = (child, child);
-        first.v[k] = vertex;
-        second.v.copy_within(1..=k, 0);
-        second.v[k] = vertex;
-        // Child 1 is the cell with z for v[0], turned cyclically through k + 1 places.
-        second.negative ^= k % 2 == 1;
-        [first, second]
     }
 }

@@ -1,9 +1,11 @@
-//! A tree of bounding boxes over the cells of the start mesh.
+//! A tree of bounding boxes over items that do not change: the cells of the start mesh.
 
-/// Boxes in one node that is not divided any further.
-const LEAF_SIZE: usize = 4;
-/// A median split halves the items, so that no tree over 32-bit indices is deeper.
-const MAX_DEPTH: usize = 34;
+/// A node of more items than this is divided.
+const LEAF_SIZE: usize = 8;
+/// Halving 2^32 items ends before.
+const MAX_DEPTH: usize = 32;
+/// More than the rounding of a coordinate between 0 and 1 to single precision.
+const ROUNDING: f64 = 1.2e-7;
 
 /// An axis-aligned box.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -13,7 +15,8 @@ pub(crate) struct Bounds<const D: usize> {
 }
 
 impl<const D: usize> Bounds<D> {
-    const EMPTY: Self = Self { lower: [f64::INFINITY; D], upper: [f64::NEG_INFINITY; D] };
+    /// The box that contains nothing.
+    pub const EMPTY: Self = Self { lower: [f64::INFINITY; D], upper: [f64::NEG_INFINITY; D] };
 
     /// The box of some points, grown on every side by `margin` times the sum of its extents.
     pub fn of(points: &[[f64; D]], margin: f64) -> Self {
@@ -25,11 +28,20 @@ impl<const D: usize> Bounds<D> {
         Self { lower: bounds.lower.map(|x| x - grow), upper: bounds.upper.map(|x| x + grow) }
     }
 
-    fn join(&mut self, other: &Self) {
+    /// Grows the box so that it contains another.
+    #[inline]
+    pub fn join(&mut self, other: &Self) {
         for k in 0..D {
             self.lower[k] = self.lower[k].min(other.lower[k]);
             self.upper[k] = self.upper[k].max(other.upper[k]);
         }
+    }
+
+    /// Whether the closed box contains a point.
+    #[inline]
+    pub fn contains(&self, p: &[f64; D]) -> bool {
+        // Without a branch per axis.
+        (0..D).fold(true, |inside, k| inside & (p[k] >= self.lower[k]) & (p[k] <= self.upper[k]))
     }
 
     /// Whether the closed segment from `a` to `b`, which may be a point, meets the box grown on all sides by `reach`.
@@ -50,88 +62,191 @@ impl<const D: usize> Bounds<D> {
         }
         from <= to
     }
+
+    /// Whether two closed boxes meet.
+    pub fn overlaps(&self, other: &Self) -> bool {
+        (0..D).all(|k| self.lower[k] <= other.upper[k] && other.lower[k] <= self.upper[k])
+    }
+
+    /// The sum of the extents along the axes.
+    #[inline]
+    pub fn extent(&self) -> f64 {
+        (0..D).map(|k| self.upper[k] - self.lower[k]).sum()
+    }
 }
 
-#[derive(Clone, Copy, PartialEq, Debug)]
-struct BoxNode<const D: usize> {
-    bounds: Bounds<D>,
-    /// The range of `items` below this node.
-    range: [u32; 2],
-    /// The second child, the first is the next node; 0 in a leaf.
-    second: u32,
-}
+/// A box in coordinates of the tree, where the whole is the unit cube, in single precision: what a search has to load is
+/// what it costs.
+type UnitBox<const D: usize> = [[f32; D]; 2];
 
-/// Finds, among many boxes, those that meet a segment.
+/// Finds, among many items with boxes, those that may meet a point or a segment.
 ///
-/// Unlike a uniform grid it neither grows nor slows down when the cells differ much in size.
+/// Unlike a uniform grid it neither grows nor slows down when the cells differ much in size. All leaves of the tree are
+/// of one depth, node `i` has the children `2 i` and `2 i + 1`, and leaf `j` of `n` the `j`-th of `n` equal parts of the
+/// items: only boxes are stored.
+///
+/// Coordinates are mapped to those of the tree by operations that keep their order (`x <= y` before implies `x <= y`
+/// after, rounding included), so that no point within a box falls out of it.
 #[derive(Clone, PartialEq, Debug)]
 pub(crate) struct BoundingTree<const D: usize> {
-    nodes: Vec<BoxNode<D>>,
-    items: Vec<u32>,
-    /// By item.
-    boxes: Vec<Bounds<D>>,
+    origin: [f64; D],
+    scale: [f64; D],
+    n_items: usize,
+    depth: u32,
+    /// By node; the root is node 1.
+    boxes: Vec<UnitBox<D>>,
 }
 
-impl<const D: usize> Default for BoundingTree<D> {
-    fn default() -> Self {
-        Self { nodes: Vec::new(), items: Vec::new(), boxes: Vec::new() }
-    }
+/// What the division of the items into parts needs to know of one.
+#[derive(Clone, Copy)]
+struct Centre<const D: usize> {
+    /// The bits of floating-point numbers that are not negative are ordered as the numbers are.
+    key: [u32; D],
+    item: u32,
 }
 
 impl<const D: usize> BoundingTree<D> {
-    pub fn new(boxes: Vec<Bounds<D>>) -> Self {
-        let items = (0..boxes.len() as u32).collect();
-        let mut tree = Self { nodes: Vec::new(), items, boxes };
-        tree.divide(0, tree.items.len());
-        tree
+    /// The tree over some boxes, and the order of the items in it.
+    pub fn new(boxes: &[Bounds<D>]) -> (Self, Vec<u32>) {
+        let mut whole = Bounds::EMPTY;
+        boxes.iter().for_each(|bounds| whole.join(bounds));
+        let parts = boxes.len().div_ceil(LEAF_SIZE).next_power_of_two();
+        let scale = std::array::from_fn(|k| {
+            let extent = whole.upper[k] - whole.lower[k];
+            if extent > 0.0 { 1.0 / extent } else { 1.0 }
+        });
+        let mut tree = Self {
+            origin: whole.lower,
+            scale,
+            n_items: boxes.len(),
+            depth: parts.trailing_zeros(),
+            boxes: vec![[[f32::INFINITY; D], [f32::NEG_INFINITY; D]]; 2 * parts],
+        };
+        let centre = |(item, bounds): (usize, &Bounds<D>)| {
+            let middle = std::array::from_fn(|k| 0.5 * bounds.lower[k] + 0.5 * bounds.upper[k]);
+            Centre { key: tree.unit(&middle).map(|x| x.max(0.0).to_bits()), item: item as u32 }
+        };
+        let mut centres: Vec<Centre<D>> = boxes.iter().enumerate().map(centre).collect();
+        tree.divide(0, 0, &mut centres);
+        let order: Vec<u32> = centres.iter().map(|c| c.item).collect();
+        for part in 0..parts {
+            for &item in &order[tree.items(part)] {
+                let bounds = &boxes[item as usize];
+                let unit = [tree.unit(&bounds.lower), tree.unit(&bounds.upper)];
+                join(&mut tree.boxes[parts + part], &unit);
+            }
+        }
+        for node in (1..parts).rev() {
+            let (low, high) = (tree.boxes[2 * node], tree.boxes[2 * node + 1]);
+            join(&mut tree.boxes[node], &low);
+            join(&mut tree.boxes[node], &high);
+        }
+        (tree, order)
     }
 
-    /// Appends the subtree over `items[start..end]`, split at the median of the axis along which it is widest.
-    fn divide(&mut self, start: usize, end: usize) {
-        let mut bounds = Bounds::EMPTY;
-        for &item in &self.items[start..end] {
-            bounds.join(&self.boxes[item as usize]);
-        }
-        let node = self.nodes.len();
-        self.nodes.push(BoxNode { bounds, range: [start as u32, end as u32], second: 0 });
-        if end - start <= LEAF_SIZE {
+    /// The memory that the tree takes: entries times size.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.boxes[..])
+    }
+
+    /// Sorts items into the parts that the subtree of part `part` at some depth divides them into: at each step by the
+    /// median along the axis along which they spread most.
+    fn divide(&self, depth: u32, part: usize, centres: &mut [Centre<D>]) {
+        if depth == self.depth {
             return;
         }
-        let extent = |k: &usize| bounds.upper[*k] - bounds.lower[*k];
-        let axis = (0..D).max_by(|i, j| extent(i).total_cmp(&extent(j))).unwrap_or(0);
-        let boxes = &self.boxes;
-        let centre = |item: u32| boxes[item as usize].lower[axis] + boxes[item as usize].upper[axis];
-        let middle = (end - start) / 2;
-        self.items[start..end].select_nth_unstable_by(middle, |&i, &j| centre(i).total_cmp(&centre(j)).then(i.cmp(&j)));
-        self.divide(start, start + middle);
-        self.nodes[node].second = self.nodes.len() as u32;
-        self.divide(start + middle, end);
-    }
-
-    /// Calls `visit` with every item whose box is within `reach` (along each axis) of the closed segment from `a` to `b`,
-    /// in no order to rely on.
-    pub fn visit(&self, a: &[f64; D], b: &[f64; D], reach: f64, mut visit: impl FnMut(u32)) {
-        let mut stack = [0_u32; MAX_DEPTH];
-        let mut depth = usize::from(!self.nodes.is_empty());
-        while depth > 0 {
-            depth -= 1;
-            let at = stack[depth] as usize;
-            let node = &self.nodes[at];
-            if !node.bounds.meets(a, b, reach) {
-                continue;
-            }
-            if node.second != 0 {
-                stack[depth] = node.second;
-                stack[depth + 1] = at as u32 + 1;
-                depth += 2;
-                continue;
-            }
-            for &item in &self.items[node.range[0] as usize..node.range[1] as usize] {
-                if self.boxes[item as usize].meets(a, b, reach) {
-                    visit(item);
-                }
+        let (mut lower, mut upper) = ([u32::MAX; D], [0; D]);
+        for centre in &*centres {
+            for k in 0..D {
+                lower[k] = lower[k].min(centre.key[k]);
+                upper[k] = upper[k].max(centre.key[k]);
             }
         }
+        let spread = |k: &usize| f64::from(f32::from_bits(upper[*k]) - f32::from_bits(lower[*k])) / self.scale[*k];
+        let axis = (0..D).max_by(|i, j| spread(i).total_cmp(&spread(j))).unwrap_or(0);
+        // Where the part after the middle begins, from where this one does.
+        let begin = |part: usize, depth: u32| (part * self.n_items) >> depth;
+        let middle = begin(2 * part + 1, depth + 1) - begin(part, depth);
+        if 0 < middle && middle < centres.len() {
+            centres.select_nth_unstable_by_key(middle, |c| (c.key[axis], c.item));
+        }
+        let (low, high) = centres.split_at_mut(middle);
+        self.divide(depth + 1, 2 * part, low);
+        self.divide(depth + 1, 2 * part + 1, high);
+    }
+
+    /// The items of a leaf.
+    #[inline]
+    fn items(&self, part: usize) -> std::ops::Range<usize> {
+        (part * self.n_items) >> self.depth..((part + 1) * self.n_items) >> self.depth
+    }
+
+    /// A point in coordinates of the tree.
+    #[inline]
+    fn unit(&self, p: &[f64; D]) -> [f32; D] {
+        std::array::from_fn(|k| ((p[k] - self.origin[k]) * self.scale[k]) as f32)
+    }
+
+    /// Calls `visit` with ranges, in the order that [`new`](Self::new) returned, of the items that may have a point.
+    #[inline]
+    pub fn visit_at(&self, p: &[f64; D], visit: impl FnMut(std::ops::Range<usize>)) {
+        let p = self.unit(p);
+        // Without a branch per axis.
+        let contains = |[lower, upper]: &UnitBox<D>| {
+            (0..D).fold(true, |inside, k| inside & (p[k] >= lower[k]) & (p[k] <= upper[k]))
+        };
+        self.visit_where(contains, visit);
+    }
+
+    /// Calls `visit` with ranges, in the order that [`new`](Self::new) returned, of the items that may be within `reach`
+    /// (along each axis) of the closed segment from `a` to `b`.
+    pub fn visit(&self, a: &[f64; D], b: &[f64; D], reach: f64, visit: impl FnMut(std::ops::Range<usize>)) {
+        let unit = |p: &[f64; D]| -> [f64; D] { std::array::from_fn(|k| (p[k] - self.origin[k]) * self.scale[k]) };
+        let (a, b) = (unit(a), unit(b));
+        let meets = |[lower, upper]: &UnitBox<D>| {
+            let grow = |k: usize| reach * self.scale[k] + ROUNDING;
+            let lower = std::array::from_fn(|k| f64::from(lower[k]) - grow(k));
+            let upper = std::array::from_fn(|k| f64::from(upper[k]) + grow(k));
+            Bounds::<D> { lower, upper }.meets(&a, &b, 0.0)
+        };
+        self.visit_where(meets, visit);
+    }
+
+    #[inline]
+    fn visit_where(&self, meets: impl Fn(&UnitBox<D>) -> bool, mut visit: impl FnMut(std::ops::Range<usize>)) {
+        if !meets(&self.boxes[1]) {
+            return;
+        }
+        let first_leaf = 1 << self.depth;
+        let mut stack = [0; MAX_DEPTH];
+        let (mut depth, mut node) = (0, 1);
+        loop {
+            if node >= first_leaf {
+                visit(self.items(node - first_leaf));
+            } else {
+                let low = meets(&self.boxes[2 * node]);
+                let high = meets(&self.boxes[2 * node + 1]);
+                if low | high {
+                    // Which of the two it is cannot be predicted: it is computed, not branched on.
+                    stack[depth] = 2 * node + 1;
+                    depth += usize::from(low & high);
+                    node = 2 * node + usize::from(!low);
+                    continue;
+                }
+            }
+            if depth == 0 {
+                return;
+            }
+            depth -= 1;
+            node = stack[depth];
+        }
+    }
+}
+
+fn join<const D: usize>(bounds: &mut UnitBox<D>, other: &UnitBox<D>) {
+    for k in 0..D {
+        bounds[0][k] = bounds[0][k].min(other[0][k]);
+        bounds[1][k] = bounds[1][k].max(other[1][k]);
     }
 }
 
@@ -147,13 +262,25 @@ mod tests {
                 Bounds::of(&[corner, [corner[0] + f64::from(i % 7), corner[1] + 0.5]], 0.0)
             })
             .collect();
-        let tree = BoundingTree::new(boxes.clone());
+        let (tree, order) = BoundingTree::new(&boxes);
         for (a, b) in [([3.0, 5.0], [3.0, 5.0]), ([0.0, 0.0], [100.0, 60.0]), ([50.0, 90.0], [50.0, -1.0])] {
-            let mut found = Vec::new();
-            tree.visit(&a, &b, 0.5, |item| found.push(item));
+            let meets = |i: &u32| boxes[*i as usize].meets(&a, &b, 0.5);
+            let mut found: Vec<u32> = Vec::new();
+            tree.visit(&a, &b, 0.5, |range| found.extend(order[range].iter().filter(|i| meets(i))));
             found.sort_unstable();
-            let scan: Vec<u32> = (0..300).filter(|&i| boxes[i as usize].meets(&a, &b, 0.5)).collect();
+            let scan: Vec<u32> = (0..300).filter(meets).collect();
+            assert_eq!(found, scan);
+
+            let contains = |i: &u32| boxes[*i as usize].contains(&a);
+            let mut found: Vec<u32> = Vec::new();
+            tree.visit_at(&a, |range| found.extend(order[range].iter().filter(|i| contains(i))));
+            found.sort_unstable();
+            let scan: Vec<u32> = (0..300).filter(contains).collect();
             assert_eq!(found, scan);
         }
+        let (empty, order) = BoundingTree::<2>::new(&[]);
+        assert!(order.is_empty());
+        empty.visit_at(&[0.0; 2], |range| assert!(range.is_empty()));
+        empty.visit(&[0.0; 2], &[1.0; 2], 0.5, |range| assert!(range.is_empty()));
     }
 }

@@ -88,6 +88,9 @@ pub struct MeshChange {
     pub vertices: Vec<VertexBirth>,
     /// Vertices that were removed and whose ids no other vertex has taken over, ascending.
     pub removed: Vec<VertexId>,
+    /// Those of `died` whose slots were given to other cells since, ascending: should a slot be revived later, it is not
+    /// with the cell that died.
+    pub taken_over: Vec<CellId>,
 }
 
 impl MeshChange {
@@ -97,23 +100,49 @@ impl MeshChange {
         self.born.clear();
         self.vertices.clear();
         self.removed.clear();
+        self.taken_over.clear();
     }
 
-    /// Adds to this change a later one, given as its deaths and its births (both ascending): what was born here and
-    /// dies there appears in neither list any more.
-    pub(crate) fn compose(&mut self, died: &[CellId], born: impl Iterator<Item = CellId>) {
-        let alive_before = self.died.len();
-        if self.born.is_empty() {
+    /// The change of cells whose vertices were moved, all else being as it was: each died and was born.
+    pub fn moved(mut cells: Vec<CellId>) -> Self {
+        cells.sort_unstable();
+        cells.dedup();
+        Self { taken_over: cells.clone(), died: cells.clone(), born: cells, ..Self::default() }
+    }
+
+    /// Adds to this change a later one, given as its deaths and its births (both ascending) and whether a slot was taken
+    /// over by another cell in it: what was born here and dies there, or died here and is revived there as the same cell,
+    /// is in neither list any more.
+    pub(crate) fn compose(&mut self, died: &[CellId], mut born: Vec<CellId>, reused: impl Fn(CellId) -> bool) {
+        if self.died.is_empty() && self.born.is_empty() {
             self.died.extend_from_slice(died);
-        } else {
-            let newborn = &self.born;
-            self.died.extend(died.iter().filter(|cell| newborn.binary_search(cell).is_err()));
-            self.born.retain(|cell| died.binary_search(cell).is_err());
+            self.born = born;
+            let taken_over = self.died.iter().copied().filter(|&cell| reused(cell));
+            self.taken_over.extend(taken_over);
+            return;
         }
-        if alive_before > 0 {
-            self.died.sort_unstable();
+        let is_in = |list: &[CellId], cell: &CellId| list.binary_search(cell).is_ok();
+        // Revived as what they were.
+        let is_revived = |cell: &CellId| {
+            let same = !reused(*cell) && !is_in(&self.taken_over, cell);
+            same && is_in(&self.died, cell) && !is_in(&self.born, cell)
+        };
+        let revived: Vec<CellId> = born.iter().copied().filter(is_revived).collect();
+        let newly_dead = died.iter().copied().filter(|cell| !is_in(&self.born, cell));
+        let newly_dead: Vec<CellId> = newly_dead.collect();
+        self.died.extend(newly_dead);
+        self.born.retain(|cell| !is_in(died, cell));
+        self.born.append(&mut born);
+        for list in [&mut self.died, &mut self.born] {
+            if !list.is_sorted() {
+                list.sort_unstable();
+            }
+            if !revived.is_empty() {
+                list.retain(|cell| !is_in(&revived, cell));
+            }
         }
-        self.born.extend(born);
+        let taken_over = self.died.iter().copied().filter(|&cell| reused(cell) || is_in(&self.taken_over, &cell));
+        self.taken_over = taken_over.collect();
     }
 
     /// Whether nothing happened.

@@ -23,6 +23,14 @@ pub enum MeshError {
         /// Number of regions given.
         found: usize,
     },
+    /// More different regions than a cell can name.
+    #[error("{count} different regions are too many: the limit is {limit}")]
+    TooManyRegions {
+        /// Number of different regions.
+        count: usize,
+        /// Regions that a mesh can tell apart.
+        limit: usize,
+    },
     /// A coordinate that is not a number, infinite, or so large that a volume would overflow.
     #[error("coordinate {axis} of vertex {vertex} is {value:e}: it must be finite and at most {limit:e} in magnitude")]
     Coordinate {
@@ -118,6 +126,28 @@ pub enum MeshError {
     },
 }
 
+/// Why a boundary tag was refused.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum BoundaryError {
+    /// There is no such facet, or it has a cell on either side.
+    #[error("cell {cell} is not alive or has no boundary facet {facet}")]
+    Facet {
+        /// The cell given.
+        cell: u32,
+        /// Local index of the vertex opposite the facet.
+        facet: usize,
+    },
+    /// A tag beyond what a facet can hold.
+    #[error("boundary tag {tag} is too large: the limit is {limit}")]
+    Tag {
+        /// The tag given.
+        tag: u32,
+        /// The largest tag.
+        limit: u32,
+    },
+}
+
 /// Why a refinement stopped. The mesh is valid and conforming, and the change log holds what was done until then.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -153,6 +183,33 @@ pub enum BisectError {
         needed: usize,
         /// The limit.
         limit: usize,
+    },
+    /// The call would bisect more cells than it may, see
+    /// [`SimplexMesh::set_bisection_limit`](crate::SimplexMesh::set_bisection_limit).
+    #[error("at least {needed} bisections are needed: the limit of one call is {limit}")]
+    BisectionLimit {
+        /// A lower bound of the bisections needed.
+        needed: usize,
+        /// The limit.
+        limit: usize,
+    },
+    /// A cell that the needle remesher made or replaced, or one around a vertex that it moved, would have to be bisected.
+    #[error("cell {cell} is remeshed around a needle: it cannot be bisected before the needle is withdrawn")]
+    Remeshed {
+        /// The cell.
+        cell: u32,
+    },
+    /// A chain of vertices, each younger than the one before, longer than generations can count.
+    #[error("the midpoint of edge {a}-{b} would be of generation {generation}: the limit is {limit}")]
+    Generation {
+        /// One end.
+        a: u32,
+        /// The other end.
+        b: u32,
+        /// The generation.
+        generation: u32,
+        /// The largest generation.
+        limit: u32,
     },
     /// The machine has no more memory.
     #[error("no memory for {needed} slots")]

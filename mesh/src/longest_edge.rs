@@ -6,26 +6,22 @@
 //! which a shared face sees alike from both sides; so the closure ends and the mesh conforms, whatever the start mesh.
 //! The order is chosen once, when a node is made, from reference positions, which do not change when a vertex is moved.
 
-use crate::{complex::Node, geometry};
+use crate::{geometry, node::Node};
 use std::cmp::Ordering;
 
-/// Moves the longest edge among `v[0..=tag]` to `(v[0], v[tag])`, and permutes `links` alike, in the first cycle; does
+/// Moves the longest edge among `v[0..=tag]` to `(v[0], v[tag])`, and permutes the links alike, in the first cycle; does
 /// nothing later. Returns whether anything moved.
-pub(crate) fn arrange<const D: usize, const N: usize>(
-    points: &[[f64; D]],
-    node: &mut Node<N>,
-    links: &mut [u32; N],
-) -> bool {
-    if node.level as usize >= N - 1 {
+pub(crate) fn arrange<const D: usize, const N: usize>(points: &[[f64; D]], node: &mut Node<N>) -> bool {
+    if usize::from(node.level()) >= N - 1 {
         return false;
     }
-    let tag = node.tag as usize;
+    let tag = node.tag();
     let (first, last) = longest(points, &node.v[..=tag]);
     let mut swap = |i: usize, j: usize| {
         if i != j {
             node.v.swap(i, j);
-            links.swap(i, j);
-            node.negative = !node.negative;
+            node.links.swap(i, j);
+            node.flip();
         }
         i != j
     };

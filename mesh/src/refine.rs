@@ -5,8 +5,8 @@
 
 use crate::{
     BisectError, MeshChange, SimplexMesh,
-    complex::NONE,
-    geometry::{self, longest_edge2},
+    geometry::{self, distance2, longest_edge2},
+    node::Node,
     search::Touched,
     start::coordinate_limit,
 };
@@ -27,9 +27,25 @@ impl<const D: usize, const N: usize> SimplexMesh<D, N> {
         check_size(size)?;
         // The regular simplex is the largest of its diameter.
         let largest = geometry::regular_measure(N - 1) * size.powi(N as i32 - 1);
-        self.check_room(0.9 * self.total_volume() / largest)?;
-        let live = self.cells().map(|c| Touched { slot: c.0, ends: [] }).collect();
-        self.refine_touched(&[], live, size, change)
+        self.check_cells(0.9 * self.total_volume() / largest)?;
+        let size2 = slack(size);
+        self.record(change, |mesh, recorder| {
+            loop {
+                // Children come after their parents, except in slots that had been freed.
+                let in_order = mesh.free_pairs.is_empty();
+                let before = recorder.bisections;
+                let mut slot = 0;
+                while let Some(node) = mesh.nodes.get(slot) {
+                    if node.is_leaf() && mesh.is_longer(node, size2) {
+                        mesh.mark(slot as u32, recorder)?;
+                    }
+                    slot += 1;
+                }
+                if in_order || recorder.bisections == before {
+                    return Ok(());
+                }
+            }
+        })
     }
 
     /// Bisects until no cell that touches `point` (in rest coordinates) has an edge longer than `size` (up to a part of
@@ -65,12 +81,19 @@ impl<const D: usize, const N: usize> SimplexMesh<D, N> {
         check_point(&a)?;
         check_point(&b)?;
         let (touched, length) = self.macros_touching(&[a, b]);
-        self.check_room(length / SHARED_BY / size)?;
+        self.check_cells(length / SHARED_BY / size)?;
         self.refine_touched(&[a, b], touched, size, change)
     }
 
+    /// Whether the longest edge of a cell, squared, exceeds `size2`. The refinement edge is the likeliest to do so.
+    #[inline]
+    pub(crate) fn is_longer(&self, node: &Node<N>, size2: f64) -> bool {
+        let [a, b] = [node.v[0], node.v[node.tag()]].map(|v| &self.points[v as usize]);
+        distance2(a, b) > size2 || longest_edge2(&self.corners_of(&node.v)) > size2
+    }
+
     /// Refuses at once what would need more cells than there may be.
-    fn check_room(&self, cells: f64) -> Result<(), BisectError> {
+    fn check_cells(&self, cells: f64) -> Result<(), BisectError> {
         if cells > self.slot_limit as f64 {
             return Err(BisectError::SlotLimit { needed: cells as usize, limit: self.slot_limit });
         }
@@ -88,19 +111,18 @@ impl<const D: usize, const N: usize> SimplexMesh<D, N> {
         size: f64,
         change: &mut MeshChange,
     ) -> Result<(), BisectError> {
-        let size2 = (size * (1.0 + SIZE_SLACK)).powi(2);
+        let size2 = slack(size);
         self.record(change, |mesh, recorder| {
             let mut next = 0;
             while next < queue.len() {
                 let Touched { slot, ends } = queue[next];
                 next += 1;
                 let node = &mesh.nodes[slot as usize];
-                if node.child == NONE {
-                    let small = longest_edge2(&mesh.corners_of(&node.v)) <= size2;
-                    if small || !mesh.really_touches(node, feature) {
+                if !node.is_inner() {
+                    if !mesh.is_longer(node, size2) || !mesh.really_touches(node, feature) {
                         continue;
                     }
-                    mesh.close(slot as usize, recorder)?;
+                    mesh.mark(slot, recorder)?;
                 }
                 mesh.push_touched(slot, &ends, &mut queue);
             }
@@ -109,11 +131,16 @@ impl<const D: usize, const N: usize> SimplexMesh<D, N> {
     }
 }
 
-fn check_size(size: f64) -> Result<(), BisectError> {
+/// The square of the longest edge that passes for `size`.
+pub(crate) fn slack(size: f64) -> f64 {
+    (size * (1.0 + SIZE_SLACK)).powi(2)
+}
+
+pub(crate) fn check_size(size: f64) -> Result<(), BisectError> {
     if size > 0.0 && size.is_finite() { Ok(()) } else { Err(BisectError::Size { size }) }
 }
 
-fn check_point<const D: usize>(point: &[f64; D]) -> Result<(), BisectError> {
+pub(crate) fn check_point<const D: usize>(point: &[f64; D]) -> Result<(), BisectError> {
     let limit = coordinate_limit::<D>();
     match point.iter().enumerate().find(|(_, x)| x.is_nan() || x.abs() > limit) {
         None => Ok(()),

@@ -9,9 +9,9 @@
 
 use crate::{
     SimplexMesh,
-    complex::Node,
     geometry::{self, barycentric, combine, distance2, dot, longest_edge2, subtract},
     locate::child_coordinates,
+    node::Node,
 };
 
 /// How far outside a start cell, in its barycentric coordinates, a feature still touches it.
@@ -33,10 +33,9 @@ impl<const D: usize, const N: usize> SimplexMesh<D, N> {
     pub(crate) fn macros_touching<const K: usize>(&self, feature: &[[f64; D]; K]) -> (Vec<Touched<N, K>>, f64) {
         let (a, b) = (&feature[0], &feature[K - 1]);
         let (mut touched, mut length) = (Vec::new(), 0.0);
-        self.macro_tree.visit(a, b, self.farthest_move, |slot| {
+        self.visit_start_cells(a, b, self.farthest_move, |slot| {
             let corners = self.reference_corners(&self.nodes[slot as usize].v);
-            let tolerance = TOUCH + self.move_tolerance(&corners);
-            if let Some((from, to, ends)) = clip(&corners, feature, tolerance) {
+            if let Some((from, to, ends)) = clip(&corners, feature, self.touch_of_start(&corners)) {
                 length += (to - from) * distance2(a, b).sqrt();
                 touched.push(Touched { slot, ends });
             }
@@ -45,18 +44,26 @@ impl<const D: usize, const N: usize> SimplexMesh<D, N> {
         (touched, length)
     }
 
+    /// The tolerance of touching a start cell given by its reference corners, in its barycentric coordinates.
+    pub(crate) fn touch_of_start(&self, corners: &[[f64; D]; N]) -> f64 {
+        TOUCH + self.move_tolerance(corners)
+    }
+
     /// Appends those children of a bisected node that the feature touches.
     #[inline]
     pub(crate) fn push_touched<const K: usize>(&self, slot: u32, ends: &[[f64; N]; K], queue: &mut Vec<Touched<N, K>>) {
-        let node = &self.nodes[slot as usize];
-        for second in [false, true] {
-            let slot = node.child + u32::from(second);
-            let child = &self.nodes[slot as usize];
-            let ends = ends.map(|l| child_coordinates(node, child, second, &l));
-            if meets(&ends, self.tolerance(child)) {
-                queue.push(Touched { slot, ends });
-            }
-        }
+        let child = self.nodes[slot as usize].child();
+        let touched = Touched { slot, ends: *ends };
+        queue.extend([child, child + 1].into_iter().filter_map(|child| self.touch_child(&touched, child)));
+    }
+
+    /// The feature in a child of a bisected node, if it touches it.
+    #[inline]
+    pub(crate) fn touch_child<const K: usize>(&self, parent: &Touched<N, K>, slot: u32) -> Option<Touched<N, K>> {
+        let (node, child) = (&self.nodes[parent.slot as usize], &self.nodes[slot as usize]);
+        let second = slot != node.child();
+        let ends = parent.ends.map(|l| child_coordinates(node, child, second, &l));
+        meets(&ends, self.tolerance(child)).then_some(Touched { slot, ends })
     }
 
     /// Whether a feature that touches the node of a leaf touches the leaf where it really is.
@@ -64,13 +71,13 @@ impl<const D: usize, const N: usize> SimplexMesh<D, N> {
     pub(crate) fn really_touches<const K: usize>(&self, node: &Node<N>, feature: &[[f64; D]; K]) -> bool {
         K == 0
             || self.reference.is_empty()
-            || clip(&self.corners_of(&node.v), feature, touch_tolerance::<N>(node.level)).is_some()
+            || clip(&self.corners_of(&node.v), feature, touch_tolerance::<N>(node.level())).is_some()
     }
 
     /// The tolerance of the descent at a node, in its barycentric coordinates.
     #[inline]
     fn tolerance(&self, node: &Node<N>) -> f64 {
-        let touch = touch_tolerance::<N>(node.level);
+        let touch = touch_tolerance::<N>(node.level());
         if self.reference.is_empty() { touch } else { touch + self.move_tolerance(&self.reference_corners(&node.v)) }
     }
 
@@ -79,9 +86,14 @@ impl<const D: usize, const N: usize> SimplexMesh<D, N> {
         if self.farthest_move == 0.0 {
             return 0.0;
         }
-        let steepest = |g: [[f64; D]; N]| g.iter().map(|g| dot(g, g).sqrt()).fold(0.0, f64::max);
-        self.farthest_move * geometry::gradients(corners).map_or(f64::INFINITY, steepest)
+        self.farthest_move * steepest(corners)
     }
+}
+
+/// The greatest slope of a barycentric coordinate, 1/length; infinite for a flat simplex.
+pub(crate) fn steepest<const D: usize, const N: usize>(corners: &[[f64; D]; N]) -> f64 {
+    let slope = |g: [[f64; D]; N]| g.iter().map(|g| dot(g, g).sqrt()).fold(0.0, f64::max);
+    geometry::gradients(corners).map_or(f64::INFINITY, slope)
 }
 
 /// The tolerance of touching in barycentric coordinates at a level: one distance everywhere. Rounding of a coordinate,
@@ -105,7 +117,7 @@ fn meets<const N: usize, const K: usize>(ends: &[[f64; N]; K], tolerance: f64) -
 /// The part `from..=to` of `0..=1` in which all coordinates, linear in between, are at least `-tolerance`.
 ///
 /// Source: Liang & Barsky, *A new concept and method for line clipping*, ACM Trans. Graph. 3 (1984).
-fn interval<const N: usize>(a: &[f64; N], b: &[f64; N], tolerance: f64) -> Option<(f64, f64)> {
+pub(crate) fn interval<const N: usize>(a: &[f64; N], b: &[f64; N], tolerance: f64) -> Option<(f64, f64)> {
     let (mut from, mut to) = (0.0_f64, 1.0_f64);
     for i in 0..N {
         let (at_a, at_b) = (a[i] + tolerance, b[i] + tolerance);
@@ -120,7 +132,7 @@ fn interval<const N: usize>(a: &[f64; N], b: &[f64; N], tolerance: f64) -> Optio
 }
 
 /// The part `from..=to` of a feature that touches a simplex, and the barycentric coordinates of its ends.
-fn clip<const D: usize, const N: usize, const K: usize>(
+pub(crate) fn clip<const D: usize, const N: usize, const K: usize>(
     corners: &[[f64; D]; N],
     feature: &[[f64; D]; K],
     tolerance: f64,

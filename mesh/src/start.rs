@@ -1,17 +1,13 @@
 //! The start mesh: user input, checked at the door.
 
 use crate::{
-    MeshError, SimplexMesh,
-    bounds::{BoundingTree, Bounds},
-    complex::{MAX_SLOTS, NONE, Node, link},
-    geometry, longest_edge, manifold,
+    MeshError, Rule, SimplexMesh, colouring, geometry, longest_edge, manifold,
+    node::{MAX_REGIONS, MAX_SLOTS, NONE, Node, link},
 };
 
 /// The relative volume below which a cell counts as flat. Real meshers stay above 1e-6, and rounding of coordinates
 /// disturbs the relative volume by some 1e-16 times the distance from the origin over the edge length.
-const FLAT: f64 = 1e-10;
-/// Boxes of cells are grown by this part of their extent, so that rounding cannot lose a touching cell.
-const MARGIN: f64 = 1e-9;
+pub(crate) const FLAT: f64 = 1e-10;
 
 impl<const D: usize, const N: usize> SimplexMesh<D, N> {
     /// A mesh from any conforming set of simplices, all in region 0; see [`with_regions`](Self::with_regions).
@@ -35,17 +31,36 @@ impl<const D: usize, const N: usize> SimplexMesh<D, N> {
     /// that are joined by a vertex or an edge alone, unused vertices. Cells that overlap elsewhere, and vertices that
     /// hang on the facet of another cell, are not searched for: such a facet counts as boundary.
     pub fn with_regions(points: Vec<[f64; D]>, cells: Vec<[u32; N]>, regions: Vec<u32>) -> Result<Self, MeshError> {
-        let mesh = Self::assemble(points, cells, regions)?;
+        Self::with_rule(points, cells, regions, Rule::default())
+    }
+
+    /// As [`with_regions`](Self::with_regions), with a choice of the rule by which cells come to their refinement edges.
+    ///
+    /// # Errors
+    /// As [`with_regions`](Self::with_regions).
+    pub fn with_rule(
+        points: Vec<[f64; D]>,
+        cells: Vec<[u32; N]>,
+        regions: Vec<u32>,
+        rule: Rule,
+    ) -> Result<Self, MeshError> {
+        let mesh = Self::assemble(points, cells, regions, rule)?;
         manifold::check_stars(&mesh)?;
         Ok(mesh)
     }
 
     /// As [`with_regions`](Self::with_regions), for cells whose stars are known to be joined by facets.
-    pub(crate) fn assemble(points: Vec<[f64; D]>, cells: Vec<[u32; N]>, regions: Vec<u32>) -> Result<Self, MeshError> {
+    pub(crate) fn assemble(
+        points: Vec<[f64; D]>,
+        cells: Vec<[u32; N]>,
+        regions: Vec<u32>,
+        rule: Rule,
+    ) -> Result<Self, MeshError> {
         let () = Self::VALID;
         check_counts(&points, &cells, &regions)?;
         check_coordinates(&points)?;
         let mut mesh = Self::with_points(points);
+        mesh.regions = region_table(&regions)?;
         for (cell, (v, region)) in cells.into_iter().zip(regions).enumerate() {
             mesh.push_macro(cell, v, region)?;
         }
@@ -53,8 +68,14 @@ impl<const D: usize, const N: usize> SimplexMesh<D, N> {
         if let Some(vertex) = mesh.vertex_leaf.iter().position(|&leaf| leaf == NONE) {
             return Err(MeshError::Unreferenced { vertex });
         }
+        mesh.rule = rule;
+        match rule {
+            Rule::LongestEdge => mesh.nodes.iter_mut().for_each(|node| {
+                longest_edge::arrange(&mesh.points, node);
+            }),
+            Rule::Colouring => colouring::order_by_colour(mesh.points.len(), &mut mesh.nodes),
+        }
         mesh.link_macros()?;
-        mesh.index_macros();
         Ok(mesh)
     }
 
@@ -74,18 +95,9 @@ impl<const D: usize, const N: usize> SimplexMesh<D, N> {
         if relative_volume.abs() < FLAT || longest_edge < 1.0 / coordinate_limit::<D>() {
             return Err(MeshError::Flat { cell, relative_volume, longest_edge, limit: FLAT });
         }
-        let mut node = Node {
-            v,
-            parent: NONE,
-            child: NONE,
-            region,
-            level: 0,
-            tag: (N - 1) as u8,
-            // Of a surface or a rod the given order is the reference, and Gram-Schmidt never yields a negative.
-            negative: relative_volume < 0.0,
-            visited: false,
-        };
-        longest_edge::arrange(&self.points, &mut node, &mut [NONE; N]);
+        let region = self.regions.binary_search(&region).unwrap_or_default() as u32;
+        // Of a surface or a rod the given order is the reference, and Gram-Schmidt never yields a negative.
+        let node = Node::root(v, region, relative_volume < 0.0);
         for &vertex in &v {
             self.vertex_leaf[vertex as usize] = cell as u32;
         }
@@ -96,7 +108,6 @@ impl<const D: usize, const N: usize> SimplexMesh<D, N> {
     /// Finds the neighbours of the start cells.
     fn link_macros(&mut self) -> Result<(), MeshError> {
         let facets = manifold::facets(self.nodes.iter().enumerate().map(|(slot, node)| (slot as u32, node.v)));
-        self.links = vec![[NONE; N]; self.nodes.len()];
         for group in facets.chunk_by(|f, g| f.vertices == g.vertices) {
             let [f, g] = match group {
                 [_] => continue,
@@ -113,8 +124,8 @@ impl<const D: usize, const N: usize> SimplexMesh<D, N> {
             if N == D + 1 && !self.on_opposite_sides((p, i), (q, j)) {
                 return Err(MeshError::Overlap { cells: [p, q] });
             }
-            self.links[p][i] = link(g.cell, j);
-            self.links[q][j] = link(f.cell, i);
+            self.nodes[p].links[i] = link(g.cell, j);
+            self.nodes[q].links[j] = link(f.cell, i);
         }
         Ok(())
     }
@@ -142,14 +153,18 @@ impl<const D: usize, const N: usize> SimplexMesh<D, N> {
         let mut v = self.nodes[p].v;
         v[i] = self.nodes[q].v[j];
         let reflected = geometry::relative_measure(&self.corners_of(&v));
-        (reflected < 0.0) != self.nodes[p].negative
+        (reflected < 0.0) != self.nodes[p].is_negative()
     }
+}
 
-    /// Builds the search tree over the start cells.
-    pub(crate) fn index_macros(&mut self) {
-        let boxes = self.nodes[..self.n_macros].iter().map(|node| Bounds::of(&self.reference_corners(&node.v), MARGIN));
-        self.macro_tree = BoundingTree::new(boxes.collect());
-    }
+/// The different regions, ascending.
+fn region_table(regions: &[u32]) -> Result<Vec<u32>, MeshError> {
+    let mut table = regions.to_vec();
+    table.sort_unstable();
+    table.dedup();
+    table.shrink_to_fit();
+    let (count, limit) = (table.len(), MAX_REGIONS);
+    if count > limit { Err(MeshError::TooManyRegions { count, limit }) } else { Ok(table) }
 }
 
 fn check_counts<const D: usize, const N: usize>(
@@ -176,7 +191,7 @@ pub(crate) fn coordinate_limit<const D: usize>() -> f64 {
     10_f64.powi(300 / (D.max(2) as i32))
 }
 
-fn check_coordinates<const D: usize>(points: &[[f64; D]]) -> Result<(), MeshError> {
+pub(crate) fn check_coordinates<const D: usize>(points: &[[f64; D]]) -> Result<(), MeshError> {
     let limit = coordinate_limit::<D>();
     for (vertex, point) in points.iter().enumerate() {
         for (axis, &value) in point.iter().enumerate() {

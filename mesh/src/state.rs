@@ -1,32 +1,46 @@
-//! The serial form of a mesh: its start cells, and its history.
+//! The serial form of a mesh: its arrays as they are, free slots included, so that what is read back goes on with the
+//! same identifiers and the same bits.
 //!
-//! One cell of each patch, in the order of their midpoints, is enough to run the same bisections again: the mesh read
-//! back has the same identifiers and the same bits. Bisections do not depend on where vertices were moved, so moved
-//! positions are put in afterwards. Whatever the data, what comes out is a valid mesh or an error.
+//! Whatever the data, what comes out is a valid mesh or an error: the start cells are built anew, which checks them and
+//! makes their search tree, and all else must pass the checks of
+//! [`check_invariants`](crate::SimplexMesh::check_invariants).
 
 use crate::{
-    BisectError, InvariantError, MeshError, SimplexMesh, bisect::Recorder, complex::NONE, geometry,
-    start::coordinate_limit,
+    InvariantError, MeshError, Rule, SimplexMesh, geometry,
+    node::{MAX_SLOTS, Node},
+    start::{check_coordinates, coordinate_limit},
 };
 use serde::{Deserialize, Serialize};
 
-/// The form that is written.
+/// By how much a stored midpoint may differ from that of its parents, over their coordinates: text is read to an ulp.
+const MIDPOINT: f64 = 1e-15;
+
+/// The form that is written. Arrays of points and of nodes are flat.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct MeshState {
     dimension: u32,
     vertices_per_cell: u32,
+    rule: Rule,
     slot_limit: u64,
-    /// Coordinates of the start vertices, flat.
+    bisection_limit: u64,
+    n_macros: u64,
     points: Vec<f64>,
-    /// Vertices of the start cells in Maubach order, flat.
-    cells: Vec<u32>,
-    regions: Vec<u32>,
-    negative: Vec<bool>,
-    /// The first cell of each patch.
-    seeds: Vec<u32>,
-    /// Coordinates of all vertices, flat; empty if none was moved.
-    moved: Vec<f64>,
+    /// Empty if no vertex was moved.
+    reference: Vec<f64>,
     farthest_move: f64,
+    vertex_parents: Vec<u32>,
+    generations: Vec<u16>,
+    vertex_cells: Vec<u32>,
+    free_vertices: Vec<u32>,
+    cells: Vec<u32>,
+    links: Vec<u32>,
+    cell_parents: Vec<u32>,
+    info: Vec<u32>,
+    free_pairs: Vec<u32>,
+    regions: Vec<u32>,
+    /// Of the needle remesher: single free slots, and the vertices that it moved.
+    free_slots: Vec<u32>,
+    remeshed: Vec<u32>,
 }
 
 /// Why data are not a mesh.
@@ -34,36 +48,44 @@ pub(crate) struct MeshState {
 pub(crate) enum StateError {
     #[error("the mesh has cells of {n} vertices in {d} dimensions, expected were {expected_n} in {expected_d}")]
     Dimension { d: u32, n: u32, expected_d: usize, expected_n: usize },
-    #[error("the mesh has {0} numbers that do not make up whole vertices or cells")]
-    Ragged(usize),
-    #[error("bisection {step} of the mesh's history is of cell {cell}, which cannot be bisected then")]
-    History { step: usize, cell: u32 },
-    #[error("vertex {vertex} was moved to a coordinate of {value:e}, or farther than {farthest:e}")]
-    Moved { vertex: usize, value: f64, farthest: f64 },
+    #[error("{what}: {found} numbers, expected were {expected}")]
+    Length { what: &'static str, found: usize, expected: usize },
+    #[error("start cell {0} is not what the start mesh makes of it")]
+    StartCell(usize),
+    #[error("vertex {0} does not halve the edge between its parents")]
+    Midpoint(usize),
+    #[error("vertex {vertex} was moved by {distance:e}, farther than {farthest:e}")]
+    Moved { vertex: usize, distance: f64, farthest: f64 },
     #[error(transparent)]
-    Turned(#[from] InvariantError),
+    Invalid(#[from] InvariantError),
     #[error(transparent)]
     Start(#[from] MeshError),
-    #[error(transparent)]
-    Bisect(#[from] BisectError),
 }
 
 impl<const D: usize, const N: usize> From<SimplexMesh<D, N>> for MeshState {
     fn from(mesh: SimplexMesh<D, N>) -> Self {
-        let macros = &mesh.nodes[..mesh.n_macros];
-        let is_start = |&(v, parents): &(usize, &[u32; 2])| *parents == [v as u32; 2];
-        let n_start = mesh.parents.iter().enumerate().take_while(is_start).count();
         Self {
             dimension: D as u32,
             vertices_per_cell: N as u32,
+            rule: mesh.rule,
             slot_limit: mesh.slot_limit as u64,
-            points: mesh.reference_points()[..n_start].as_flattened().to_vec(),
-            cells: macros.iter().flat_map(|node| node.v).collect(),
-            regions: macros.iter().map(|node| node.region).collect(),
-            negative: macros.iter().map(|node| node.negative).collect(),
-            seeds: mesh.seeds(),
-            moved: if mesh.reference.is_empty() { Vec::new() } else { mesh.points.as_flattened().to_vec() },
+            bisection_limit: mesh.bisection_limit as u64,
+            n_macros: mesh.n_macros as u64,
+            points: mesh.points.into_flattened(),
+            reference: mesh.reference.into_flattened(),
             farthest_move: mesh.farthest_move,
+            vertex_parents: mesh.parents.into_flattened(),
+            generations: mesh.generations,
+            vertex_cells: mesh.vertex_leaf,
+            free_vertices: mesh.free_vertices,
+            cells: mesh.nodes.iter().flat_map(|node| node.v).collect(),
+            links: mesh.nodes.iter().flat_map(|node| node.links).collect(),
+            cell_parents: mesh.nodes.iter().map(|node| node.parent).collect(),
+            info: mesh.nodes.iter().map(|node| node.info).collect(),
+            free_pairs: mesh.free_pairs,
+            regions: mesh.regions,
+            free_slots: mesh.overlay.free_slots,
+            remeshed: mesh.overlay.moved,
         }
     }
 }
@@ -76,75 +98,101 @@ impl<const D: usize, const N: usize> TryFrom<MeshState> for SimplexMesh<D, N> {
             let (d, n) = (state.dimension, state.vertices_per_cell);
             return Err(StateError::Dimension { d, n, expected_d: D, expected_n: N });
         }
-        let mut mesh = Self::with_regions(whole(&state.points)?, whole(&state.cells)?, state.regions)?;
-        if state.negative.len() != mesh.nodes.len() {
-            return Err(StateError::Ragged(state.negative.len()));
+        let (n_slots, n_vertices) = (state.info.len(), state.generations.len());
+        if n_slots > MAX_SLOTS {
+            return Err(MeshError::TooManyCells { count: n_slots, limit: MAX_SLOTS }.into());
         }
-        if N < D + 1 {
-            // Only here is the orientation a choice that the geometry does not tell.
-            for (node, negative) in mesh.nodes.iter_mut().zip(state.negative) {
-                node.negative = negative;
-            }
-        }
-        mesh.set_slot_limit(usize::MAX);
-        mesh.replay(&state.seeds)?;
-        if !state.moved.is_empty() {
-            mesh.put(whole(&state.moved)?, state.farthest_move)?;
-        }
+        let moved = !state.reference.is_empty();
+        let points = whole::<f64, D>("coordinates", &state.points, n_vertices)?;
+        let reference = whole::<f64, D>("reference coordinates", &state.reference, if moved { n_vertices } else { 0 })?;
+        let parents = whole::<u32, 2>("parents of vertices", &state.vertex_parents, n_vertices)?;
+        let cells = whole::<u32, N>("vertices of cells", &state.cells, n_slots)?;
+        let links = whole::<u32, N>("neighbours of cells", &state.links, n_slots)?;
+        whole::<u32, 1>("cells of vertices", &state.vertex_cells, n_vertices)?;
+        whole::<u32, 1>("parents of cells", &state.cell_parents, n_slots)?;
+        check_coordinates(&points)?;
+        check_coordinates(&reference)?;
+
+        let node = |i: usize| Node { v: cells[i], links: links[i], parent: state.cell_parents[i], info: state.info[i] };
+        let nodes: Vec<Node<N>> = (0..n_slots).map(node).collect();
+        let n_macros = usize::try_from(state.n_macros).unwrap_or(usize::MAX).min(n_slots);
+        // Every vertex of the start mesh is one of a start cell; those that the remesher made follow.
+        let last = nodes[..n_macros].iter().flat_map(|node| node.v).max();
+        let n_start = last.map_or(0, |v| v as usize + 1).min(n_vertices);
+        let first_points = if moved { &reference } else { &points }[..n_start].to_vec();
+        let mut mesh = start(first_points, &nodes[..n_macros], &state.regions, state.rule)?;
+
+        mesh.n_live = nodes.iter().filter(|node| node.is_leaf()).count();
+        (mesh.points, mesh.reference, mesh.parents) = (points, reference, parents);
+        (mesh.generations, mesh.vertex_leaf, mesh.free_vertices) =
+            (state.generations, state.vertex_cells, state.free_vertices);
+        (mesh.nodes, mesh.free_pairs, mesh.regions) = (nodes, state.free_pairs, state.regions);
+        mesh.farthest_move = state.farthest_move;
+        (mesh.overlay.free_slots, mesh.overlay.moved) = (state.free_slots, state.remeshed);
+        mesh.overlay.n_overlays = mesh.nodes.iter().filter(|node| node.is_overlay() && !node.is_free()).count();
         mesh.set_slot_limit(usize::try_from(state.slot_limit).unwrap_or(usize::MAX));
+        mesh.bisection_limit = usize::try_from(state.bisection_limit).unwrap_or(usize::MAX);
+        mesh.check_invariants()?;
+        mesh.check_midpoints()?;
+        mesh.check_moves()?;
         Ok(mesh)
     }
 }
 
-/// Cuts flat data into arrays.
-fn whole<T: Copy, const K: usize>(flat: &[T]) -> Result<Vec<[T; K]>, StateError> {
+/// Cuts flat data into arrays, as many as expected.
+fn whole<T: Copy, const K: usize>(what: &'static str, flat: &[T], expected: usize) -> Result<Vec<[T; K]>, StateError> {
     let (arrays, rest) = flat.as_chunks::<K>();
-    if rest.is_empty() { Ok(arrays.to_vec()) } else { Err(StateError::Ragged(flat.len())) }
+    if rest.is_empty() && arrays.len() == expected {
+        return Ok(arrays.to_vec());
+    }
+    Err(StateError::Length { what, found: flat.len(), expected: expected.saturating_mul(K) })
+}
+
+/// The start mesh of some start cells, which must be as it makes them.
+fn start<const D: usize, const N: usize>(
+    points: Vec<[f64; D]>,
+    macros: &[Node<N>],
+    regions: &[u32],
+    rule: Rule,
+) -> Result<SimplexMesh<D, N>, StateError> {
+    let cells: Vec<[u32; N]> = macros.iter().map(|node| node.v).collect();
+    let region = |node: &Node<N>| regions.get(node.region()).copied().unwrap_or_default();
+    let mesh = SimplexMesh::with_rule(points, cells, macros.iter().map(region).collect(), rule)?;
+    for (cell, (made, found)) in mesh.nodes.iter().zip(macros).enumerate() {
+        // Only where cells have a volume does the geometry tell the orientation.
+        let turned = N == D + 1 && made.is_negative() != found.is_negative();
+        if made.v != found.v || made.tag() != found.tag() || found.level() != 0 || turned || found.is_free() {
+            return Err(StateError::StartCell(cell));
+        }
+    }
+    Ok(mesh)
 }
 
 impl<const D: usize, const N: usize> SimplexMesh<D, N> {
-    /// The first cell of each patch, by the vertex that it made. Slots were handed out patch by patch.
-    fn seeds(&self) -> Vec<u32> {
-        let mut seeds = Vec::new();
-        let mut latest = NONE;
-        for pair in self.nodes[self.n_macros..].chunks_exact(2) {
-            let parent = &self.nodes[pair[0].parent as usize];
-            let midpoint = pair[0].v.into_iter().find(|v| !parent.v.contains(v)).unwrap_or(NONE);
-            if midpoint != latest {
-                seeds.push(pair[0].parent);
-                latest = midpoint;
-            }
-        }
-        seeds
-    }
-
-    /// Bisects the patches around the given cells, none of which may need a closure.
-    fn replay(&mut self, seeds: &[u32]) -> Result<(), StateError> {
-        let mut recorder = Recorder::default();
-        for (step, &cell) in seeds.iter().enumerate() {
-            let is_leaf = self.nodes.get(cell as usize).is_some_and(|node| node.child == NONE);
-            if !is_leaf || !self.bisect_patch(cell, &mut recorder)? {
-                return Err(StateError::History { step, cell });
+    fn check_midpoints(&self) -> Result<(), StateError> {
+        let points = self.reference_points();
+        for v in self.vertices().map(|v| v.index()) {
+            let [p, q] = self.parents[v].map(|parent| &points[parent as usize]);
+            let halves = |k: usize| {
+                let magnitude = p[k].abs().max(q[k].abs());
+                (0.5 * p[k] + 0.5 * q[k] - points[v][k]).abs() <= MIDPOINT * magnitude
+            };
+            if !(0..D).all(halves) {
+                return Err(StateError::Midpoint(v));
             }
         }
         Ok(())
     }
 
-    /// Puts all vertices where moves had brought them, none farther than `farthest`.
-    fn put(&mut self, points: Vec<[f64; D]>, farthest: f64) -> Result<(), StateError> {
-        if points.len() != self.points.len() {
-            return Err(StateError::Ragged(points.len()));
-        }
-        let limit = coordinate_limit::<D>();
-        for (vertex, (p, q)) in points.iter().zip(&self.points).enumerate() {
-            let value = p.iter().fold(0.0_f64, |m, x| if m.abs() <= x.abs() || x.is_nan() { *x } else { m });
-            let near = geometry::distance2(p, q).sqrt() <= farthest * (1.0 + 1e-9);
-            if !(near && value.abs() <= limit && farthest <= 10.0 * limit) {
-                return Err(StateError::Moved { vertex, value, farthest });
+    fn check_moves(&self) -> Result<(), StateError> {
+        let farthest = self.farthest_move;
+        let sane = (0.0..=10.0 * coordinate_limit::<D>()).contains(&farthest);
+        for (vertex, (p, q)) in self.points.iter().zip(&self.reference).enumerate() {
+            let distance = geometry::distance2(p, q).sqrt();
+            if !sane || distance > farthest * (1.0 + 1e-9) {
+                return Err(StateError::Moved { vertex, distance, farthest });
             }
         }
-        self.reference = std::mem::replace(&mut self.points, points);
-        self.farthest_move = farthest;
-        Ok(self.check_orientations()?)
+        if sane { Ok(()) } else { Err(StateError::Moved { vertex: 0, distance: 0.0, farthest }) }
     }
 }

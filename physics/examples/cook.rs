@@ -35,13 +35,13 @@ pub fn rise(n: usize) -> Result<f64, Box<dyn Error>> {
     let mesh = panel(n)?;
     let mut body = Body::new(&mesh, NeoHookean::from_young_poisson(34.0, 0.45)?, 1.0)?;
 
-    let mut subspace = Subspace::new(mesh.n_vertices());
+    let mut subspace = Subspace::new(mesh.n_vertex_slots());
     for (v, x) in mesh.points().iter().enumerate() {
         if x[0] == 0.0 {
             subspace.set(v, Constraint::Fixed)?;
         }
     }
-    let mut load = vec![0.0; 2 * mesh.n_vertices()];
+    let mut load = vec![0.0; 2 * mesh.n_vertex_slots()];
     boundary_traction(&mesh, 1.0, |x| x[0] == 48.0, &[0.0, 10.0 / 16.0], &mut load)?;
 
     let stop = StopRule { tolerance: 1e-8, criterion: Criterion::Reaction, round_floor: 0.0 };

@@ -2,7 +2,7 @@
 
 mod support;
 
-use stylet_mesh::{CellId, MeshChange, SimplexMesh};
+use stylet_mesh::{CellId, MeshChange, SimplexMesh, VertexId};
 use stylet_physics::body::{Body, BodyError};
 use stylet_physics::material::{Hyperelastic, Linear, NeoHookean, PlaneStress, StVenantKirchhoff};
 use stylet_solver::energy::Energy;
@@ -67,6 +67,54 @@ fn patched_bodies_equal_fresh_ones() {
         follow(distorted_box::<3, 4>(3, 0.1, 1), linear, linearized);
         follow(distorted_box::<3, 4>(3, 0.1, 2), neo, linearized);
     }
+}
+
+/// Refines and coarsens in turn, with ids of cells and vertices reused, and compares after each; vertices that were
+/// removed have neither row nor force.
+fn follow_both_ways<const D: usize, const N: usize, M: Hyperelastic<D>>(mut mesh: SimplexMesh<D, N>, material: M) {
+    let mut body = Body::new(&mesh, material.clone(), 0.01).unwrap();
+    let mut change = MeshChange::default();
+    let mut reused = false;
+    for step in 0..9 {
+        change.clear();
+        // The second operation undoes part of the first, or takes over its slots, within one change.
+        if step % 3 == 2 {
+            let removed = mesh.coarsen_unless(|_, c| c.index() % 5 == step % 5, &mut change);
+            assert!(removed > 0);
+        }
+        let marked: Vec<CellId> = mesh.cells().skip(step).step_by(13).collect();
+        mesh.bisect(&marked, &mut change).unwrap();
+        if step % 3 == 1 {
+            let marked: Vec<CellId> = mesh.cells().filter(|c| c.index() % 11 > 1).collect();
+            mesh.coarsen(&marked, &mut change).unwrap();
+        }
+        reused |= change.born.iter().any(|cell| change.died.binary_search(cell).is_ok());
+        body.apply_change(&mesh, &change).unwrap();
+        assert_eq!(body.n_elements(), mesh.n_cells());
+        same(&mut body, &mut Body::new(&mesh, material.clone(), 0.01).unwrap(), 1e-5);
+        let mut force = vec![0.0; body.dim()];
+        body.gradient(&random_vector(body.dim(), 1e-5, 9), &mut force);
+        for v in (0..mesh.n_vertex_slots()).map(VertexId::new).filter(|&v| !mesh.is_vertex(v)) {
+            assert!(force[D * v.index()..][..D].iter().all(|&f| f == 0.0));
+            assert!(body.stiffness().row(v.index()).0.is_empty(), "a row without a vertex");
+        }
+    }
+    assert!(reused, "no slot was taken over");
+    change.clear();
+    mesh.coarsen_everywhere(&mut change);
+    assert!(mesh.n_vertices() < mesh.n_vertex_slots());
+    body.apply_change(&mesh, &change).unwrap();
+    same(&mut body, &mut Body::new(&mesh, material.clone(), 0.01).unwrap(), 1e-5);
+}
+
+#[test]
+fn bodies_follow_coarsening() {
+    let linear = Linear::from_young_poisson(YOUNG, 0.34).unwrap();
+    let neo = NeoHookean::from_young_poisson(YOUNG, 0.34).unwrap();
+    follow_both_ways(slab(3, 5), PlaneStress::new(linear));
+    follow_both_ways(slab(3, 5), PlaneStress::new(neo));
+    follow_both_ways(distorted_box::<3, 4>(3, 0.1, 1), linear);
+    follow_both_ways(distorted_box::<3, 4>(3, 0.1, 2), neo);
 }
 
 /// A change rewrites the rows of the vertices of the cells that died or were born, each once, and no others.

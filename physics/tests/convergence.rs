@@ -54,7 +54,7 @@ fn rule<const N: usize>() -> [[f64; N]; N] {
 fn l2_error<const D: usize, const N: usize, M: Hyperelastic<D>>(n: usize, material: M) -> f64 {
     let mesh: SimplexMesh<D, N> = mapped_box([n; D], |x| *x);
     let mut body = Body::new(&mesh, material.clone(), 1.0).unwrap();
-    let mut load = vec![0.0; D * mesh.n_vertices()];
+    let mut load = vec![0.0; D * mesh.n_vertex_slots()];
     let mut u = load.clone();
     let on_boundary = |x: &[f64; D]| x.iter().any(|&t| !(1e-9..=1.0 - 1e-9).contains(&t));
     for (v, x) in mesh.points().iter().enumerate() {

@@ -27,7 +27,7 @@ fn panel(n: usize) -> SimplexMesh<2, 3> {
 fn displacements<M: Hyperelastic<2>>(n: usize, material: M, force: f64) -> [f64; 4] {
     let mesh = panel(n);
     let mut body = Body::new(&mesh, material, 1.0).unwrap();
-    let mut load = vec![0.0; 2 * mesh.n_vertices()];
+    let mut load = vec![0.0; 2 * mesh.n_vertex_slots()];
     let area = boundary_traction(&mesh, 1.0, |x| x[0] > 48.0 - 1e-9, &[0.0, force / 16.0], &mut load).unwrap();
     assert!((area - 16.0).abs() < 1e-12 * 16.0);
     let mut u = vec![0.0; load.len()];
@@ -105,7 +105,7 @@ fn slab_of_tetrahedra<M: Hyperelastic<3>>(n: usize, material: M, force: f64) -> 
     let mesh: SimplexMesh<3, 4> =
         mapped_box([n, n, 1], |[s, t, z]| [48.0 * s, 44.0 * s + t * (44.0 - 28.0 * s), depth * z]);
     let mut body = Body::new(&mesh, material, 1.0).unwrap();
-    let mut load = vec![0.0; 3 * mesh.n_vertices()];
+    let mut load = vec![0.0; 3 * mesh.n_vertex_slots()];
     boundary_traction(&mesh, 1.0, |x| x[0] > 48.0 - 1e-9, &[0.0, force / 16.0, 0.0], &mut load).unwrap();
     let mut u = vec![0.0; load.len()];
     let mut subspace = clamped(&mesh, |x| x[0] < 1e-9);

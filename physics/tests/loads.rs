@@ -31,7 +31,7 @@ fn exact_on_affine_fields<const D: usize, const N: usize>(
     prop_assume!(length > 1e-3);
     let density = [(0.0, 3.0), (0.3 * length, 7.0), (0.3 * length, 1.0), (0.8 * length, -2.0), (length, 5.0)];
     let direction: [f64; D] = std::array::from_fn(|k| 0.4 + k as f64);
-    let mut load = vec![0.0; D * mesh.n_vertices()];
+    let mut load = vec![0.0; D * mesh.n_vertex_slots()];
     segment_load(mesh, a, b, &density, &direction, &mut load).unwrap();
     let field = |x: &[f64; D]| -> [f64; D] { std::array::from_fn(|k| 1.0 + 30.0 * x[k] - 20.0 * x[(k + 1) % D]) };
     let power = |s: f64, q: f64| {
@@ -75,7 +75,7 @@ proptest! {
 #[test]
 fn uniform_density_on_a_line_of_nodes() {
     let mesh = slab(3, 3);
-    let mut load = vec![0.0; 2 * mesh.n_vertices()];
+    let mut load = vec![0.0; 2 * mesh.n_vertex_slots()];
     segment_load(&mesh, &[0.0, 0.05], &[0.1, 0.05], &[(0.0, 8.0), (0.1, 8.0)], &[1.0, 0.0], &mut load).unwrap();
     for (v, x) in mesh.points().iter().enumerate() {
         let on_line = (x[1] - 0.05).abs() < 1e-9;
@@ -95,7 +95,7 @@ fn uniform_density_on_a_line_of_nodes() {
 #[test]
 fn loads_that_cannot_be_are_errors() {
     let mesh = slab(2, 2);
-    let mut load = vec![0.0; 2 * mesh.n_vertices()];
+    let mut load = vec![0.0; 2 * mesh.n_vertex_slots()];
     let q = [(0.0, 1.0), (0.1, 1.0)];
     let mut apply = |a: [f64; 2], b: [f64; 2], q: &[(f64, f64)]| segment_load(&mesh, &a, &b, q, &[1.0, 0.0], &mut load);
     assert!(matches!(apply([0.05, 0.05], [0.15, 0.05], &q), Err(LoadError::Outside { .. })));
@@ -121,7 +121,7 @@ fn loads_that_cannot_be_are_errors() {
 #[test]
 fn tractions_on_a_box() {
     let mesh = distorted_box::<3, 4>(3, 0.1, 5);
-    let mut load = vec![0.0; 3 * mesh.n_vertices()];
+    let mut load = vec![0.0; 3 * mesh.n_vertex_slots()];
     for k in 0..3 {
         for (side, sign) in [(0.0, 1.0), (0.1, -1.0)] {
             let mut traction = [0.0; 3];

@@ -138,7 +138,7 @@ fn balance<const D: usize, const N: usize, M: Hyperelastic<D>>(
     r: &SMatrix<f64, D, D>,
 ) {
     let mut body = Body::new(mesh, material, 1.0).unwrap();
-    let n = D * mesh.n_vertices();
+    let n = D * mesh.n_vertex_slots();
     let scale = YOUNG * SIDE.powi(D as i32 - 1);
     let mut force = vec![0.0; n];
     let largest = |force: &[f64]| force.iter().fold(0.0f64, |m, f| m.max(f.abs()));

@@ -27,7 +27,7 @@ fn graded_slab(start: i32, finest: i32) -> SimplexMesh<2, 3> {
 fn check<M: Hyperelastic<2>>(name: &str, material: M, line: [f64; 5], side: [f64; 2], corner: [f64; 2]) {
     let mesh = graded_slab(7, 10);
     let mut body = Body::new(&mesh, material, 0.01).unwrap();
-    let mut load = vec![0.0; 2 * mesh.n_vertices()];
+    let mut load = vec![0.0; 2 * mesh.n_vertex_slots()];
     let density = [(0.0, 10.0), (0.0675, 10.0), (0.0675, 130.0), (0.07, 130.0)];
     segment_load(&mesh, &[0.0, 0.05], &[0.07, 0.05], &density, &[1.0, 0.0], &mut load).unwrap();
     assert!((load.iter().step_by(2).sum::<f64>() - 1.0).abs() < 1e-12, "0.7 N and 0.3 N");
@@ -71,7 +71,7 @@ fn converges<M: Hyperelastic<2>>(material: M, line: [f64; 5]) {
     let on_level = |level: i32| -> Vec<f64> {
         let mesh = slab(level, level);
         let mut body = Body::new(&mesh, material.clone(), 0.01).unwrap();
-        let mut load = vec![0.0; 2 * mesh.n_vertices()];
+        let mut load = vec![0.0; 2 * mesh.n_vertex_slots()];
         let density = [(0.0, 10.0), (0.0675, 10.0), (0.0675, 130.0), (0.07, 130.0)];
         segment_load(&mesh, &[0.0, 0.05], &[0.07, 0.05], &density, &[1.0, 0.0], &mut load).unwrap();
         let mut u = vec![0.0; load.len()];

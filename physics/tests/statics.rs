@@ -21,7 +21,7 @@ fn pull<M: Hyperelastic<2>>(
     settings: &StaticSettings,
 ) -> (Result<StaticReport, StaticError>, Vec<f64>) {
     let mut body = Body::new(mesh, material, 0.01).unwrap();
-    let mut load = vec![0.0; 2 * mesh.n_vertices()];
+    let mut load = vec![0.0; 2 * mesh.n_vertex_slots()];
     boundary_traction(mesh, 0.01, |x| x[0] < 1e-9, &[-force / 1e-3, 0.3 * force / 1e-3], &mut load).unwrap();
     let mut u = vec![0.0; load.len()];
     let subspace = clamped(mesh, |x| x[0] > 0.1 - 1e-9);
@@ -114,7 +114,7 @@ fn bad_input_is_an_error() {
 
     let mut body = Body::new(&mesh, neo, 0.01).unwrap();
     let subspace = clamped(&mesh, |x| x[0] > 0.1 - 1e-9);
-    let n = 2 * mesh.n_vertices();
+    let n = 2 * mesh.n_vertex_slots();
     let mut tangled = random_vector(n, 0.1, 1);
     let load = vec![0.0; n];
     let mut ws = StaticWorkspace::default();

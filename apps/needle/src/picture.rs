@@ -27,7 +27,7 @@ pub(crate) fn visible_shaft(needle: &Needle, side: f64) -> [Vec2; 2] {
 /// [`PlotError`].
 pub fn mesh(simulation: &dyn Simulation, path: &Path) -> Result<(), PlotError> {
     let (mesh, u) = (simulation.mesh(), simulation.displacement());
-    let points: Vec<Vec2> = (0..mesh.n_vertices()).map(|v| deformed(mesh, u, VertexId::new(v))).collect();
+    let points: Vec<Vec2> = (0..mesh.n_vertex_slots()).map(|v| deformed(mesh, u, VertexId::new(v))).collect();
     let triangles: Vec<[u32; 3]> = mesh.cells().map(|cell| mesh.oriented(cell).map(|v| v.0)).collect();
     let millimetres: Vec<f64> = u.chunks_exact(2).map(|u| 1e3 * u[0].hypot(u[1])).collect();
     let picture = MeshPicture {

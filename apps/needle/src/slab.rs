@@ -69,7 +69,7 @@ impl<M: Hyperelastic<2>> Slab<M> {
         let mut body =
             Body::new(&mesh, material, scene.mesh.thickness).map_err(|e| solve_error(0, format!("body: {e}")))?;
         body.set_threads(threads);
-        let n = mesh.n_vertices();
+        let n = mesh.n_vertex_slots();
         let mut slab = Self {
             body,
             u: vec![0.0; 2 * n],
@@ -154,7 +154,7 @@ impl<M: Hyperelastic<2>> Slab<M> {
         }
         change.carry_field::<2>(&mut self.u);
         self.load.resize(self.u.len(), 0.0);
-        self.subspace.resize(self.mesh.n_vertices());
+        self.subspace.resize(self.mesh.n_vertex_slots());
         self.body.apply_change(&self.mesh, change)?;
         for birth in &change.vertices {
             self.clamp(birth.vertex);
@@ -188,7 +188,7 @@ impl<M: Hyperelastic<2>> Slab<M> {
             return Ok(false);
         }
         self.u[2 * vertex.index()..][..2].copy_from_slice(&displacement);
-        let change = MeshChange { died: star.clone(), born: star, vertices: Vec::new(), removed: Vec::new() };
+        let change = MeshChange::moved(star);
         self.apply_change(&change).map_err(|e| mesh_error(0, e))?;
         Ok(true)
     }
@@ -304,7 +304,7 @@ impl<M: Hyperelastic<2>> Slab<M> {
     /// # Errors
     /// What does not fit together in the state.
     pub fn restore(scene: &Scene, material: M, threads: usize, state: SlabState) -> Result<Self, String> {
-        let n = state.mesh.n_vertices();
+        let n = state.mesh.n_vertex_slots();
         if state.u.len() != 2 * n || state.load.len() != 2 * n || state.subspace.n_nodes() != n {
             return Err(format!("found fields that do not fit its {n} nodes"));
         }

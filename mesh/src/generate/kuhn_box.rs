@@ -1,6 +1,6 @@
 //! Boxes divided by Kuhn's triangulation.
 
-use crate::{MeshError, SimplexMesh, complex::MAX_SLOTS};
+use crate::{MeshError, Rule, SimplexMesh, node::MAX_SLOTS};
 
 /// The box from `lower` to `upper`, divided into `cells[k]` equal parts along axis `k`, each part into `D!` simplices:
 /// 2 triangles, 6 tetrahedra, 24 four-dimensional simplices. `N` must be `D + 1`, which the build checks.
@@ -20,6 +20,20 @@ pub fn kuhn_box<const D: usize, const N: usize>(
     lower: [f64; D],
     upper: [f64; D],
     cells: [usize; D],
+) -> Result<SimplexMesh<D, N>, MeshError> {
+    kuhn_box_with_rule(lower, upper, cells, Rule::default())
+}
+
+/// As [`kuhn_box`], with a choice of the rule by which cells come to their refinement edges: by colour these are not the
+/// diagonals.
+///
+/// # Errors
+/// As [`kuhn_box`].
+pub fn kuhn_box_with_rule<const D: usize, const N: usize>(
+    lower: [f64; D],
+    upper: [f64; D],
+    cells: [usize; D],
+    rule: Rule,
 ) -> Result<SimplexMesh<D, N>, MeshError> {
     const { assert!(N == D + 1, "a box is filled by simplices with D + 1 vertices") };
     check_box(&lower, &upper, &cells)?;
@@ -42,7 +56,7 @@ pub fn kuhn_box<const D: usize, const N: usize>(
         }
     }
     let regions = vec![0; simplices.len()];
-    SimplexMesh::assemble(points, simplices, regions)
+    SimplexMesh::assemble(points, simplices, regions, rule)
 }
 
 fn check_box<const D: usize>(lower: &[f64; D], upper: &[f64; D], cells: &[usize; D]) -> Result<(), MeshError> {

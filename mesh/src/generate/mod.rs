@@ -1,5 +1,7 @@
 //! Start meshes of simple domains.
 
+mod delaunay;
 mod kuhn_box;
 
-pub use kuhn_box::kuhn_box;
+pub use delaunay::random_delaunay;
+pub use kuhn_box::{kuhn_box, kuhn_box_with_rule};

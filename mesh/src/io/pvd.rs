@@ -1,6 +1,6 @@
 //! ParaView collections: which file shows which time.
 
-use super::{IoError, atomic};
+use super::{IoError, Problem, ReadError, atomic, cursor::parse, read, vtk::xml};
 use std::path::Path;
 
 /// The frames of an animation, for a `.pvd` file.
@@ -14,6 +14,43 @@ impl Collection {
     /// frames).
     pub fn push(&mut self, time: f64, file: impl Into<String>) {
         self.frames.push((time, file.into()));
+    }
+
+    /// The frames in order: times, and files named relative to the folder of the collection.
+    pub fn frames(&self) -> &[(f64, String)] {
+        &self.frames
+    }
+
+    /// Reads a collection. Frames keep the order of the file; a frame of several parts is several frames of one time.
+    /// Whether the files exist is not asked.
+    ///
+    /// # Errors
+    /// [`ReadError`] with the file, the line, what was found and what was expected.
+    pub fn read(path: impl AsRef<Path>) -> Result<Self, ReadError> {
+        let path = path.as_ref();
+        read::load(path).and_then(|bytes| Self::from_bytes(&bytes)).map_err(|error| error.in_file(path))
+    }
+
+    /// Reads a collection from the content of a file.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read), without a file name.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, ReadError> {
+        let text = String::from_utf8_lossy(bytes);
+        let document = xml::parse(&text)?;
+        let root = xml::root(&document, "Collection")?;
+        let mut frames = Vec::new();
+        for node in xml::children(xml::child(root, "Collection")?, "DataSet") {
+            let file = xml::attribute(node, "file")?.to_owned();
+            // ParaView takes a frame without a time for one at time 0.
+            let time = node.attribute("timestep").unwrap_or("0");
+            let expected = "a finite time";
+            let time = parse::<f64>(time.trim().as_bytes()).filter(|time| time.is_finite());
+            let found = || format!("{:?}", node.attribute("timestep").unwrap_or_default());
+            let problem = || Problem::Syntax { expected: expected.into(), found: found() };
+            frames.push((time.ok_or_else(|| xml::error(node, problem()))?, file));
+        }
+        Ok(Self { frames })
     }
 
     /// Number of frames.
@@ -45,27 +82,12 @@ impl Collection {
         );
         for (time, file) in &self.frames {
             // The shortest form that reads back as the same number.
-            let file = escape(file);
+            let file = xml::escape(file);
             xml.push_str(&format!("    <DataSet timestep=\"{time:?}\" part=\"0\" file=\"{file}\"/>\n"));
         }
         xml.push_str("  </Collection>\n</VTKFile>\n");
         xml
     }
-}
-
-/// Text within an XML attribute.
-fn escape(text: &str) -> String {
-    let mut escaped = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '&' => escaped.push_str("&amp;"),
-            '<' => escaped.push_str("&lt;"),
-            '>' => escaped.push_str("&gt;"),
-            '"' => escaped.push_str("&quot;"),
-            c => escaped.push(c),
-        }
-    }
-    escaped
 }
 
 #[cfg(test)]
@@ -79,5 +101,24 @@ mod tests {
         let xml = collection.to_xml();
         assert!(xml.contains("timestep=\"0.30000000000000004\""));
         assert!(xml.contains("file=\"a&amp;&quot;b&quot;.vtu\""));
+        assert_eq!(Collection::from_bytes(xml.as_bytes()).unwrap(), collection);
+    }
+
+    #[test]
+    fn what_is_no_collection_is_refused_with_its_line() {
+        let collection =
+            |frames: &str| format!("<VTKFile type=\"Collection\">\n<Collection>\n{frames}</Collection></VTKFile>");
+        let error = |text: &str| Collection::from_bytes(text.as_bytes()).unwrap_err().to_string();
+        assert!(error("").contains("empty"), "{}", error(""));
+        assert!(error("<VTKFile type=\"UnstructuredGrid\"/>").contains("\"Collection\""));
+        assert!(
+            error(&collection("<DataSet timestep=\"nan\" file=\"a\"/>")).starts_with("line 3: expected a finite time")
+        );
+        assert!(error(&collection("<DataSet timestep=\"1\"/>")).starts_with("line 3: attribute file"));
+        assert!(error(&collection("<DataSet>")).starts_with("line 3"));
+        let parts = collection(
+            "<DataSet timestep=\"1\" part=\"0\" file=\"a\"/><DataSet timestep=\"1\" part=\"1\" file=\"b\"/>",
+        );
+        assert_eq!(Collection::from_bytes(parts.as_bytes()).unwrap().frames()[1], (1.0, "b".to_owned()));
     }
 }

@@ -1,12 +1,11 @@
-//! VTK XML unstructured grids.
+//! VTK XML unstructured grids of a [`SimplexMesh`].
 
-use super::{IoError, atomic};
-use crate::SimplexMesh;
-use std::path::Path;
-use vtkio::model::{
-    Attribute, Attributes, ByteOrder, CellType, Cells, DataArray, DataSet, ElementType, UnstructuredGridPiece, Version,
-    VertexNumbers, Vtk,
+use super::{
+    IoError, atomic,
+    vtk::{Array, Grid, Values},
 };
+use crate::SimplexMesh;
+use std::{borrow::Cow, path::Path};
 
 /// A named field on the vertices or on the cells.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -44,22 +43,26 @@ pub fn write_vtu<const D: usize, const N: usize>(
     data: &VtuData<'_>,
 ) -> Result<(), IoError> {
     let path = path.as_ref();
-    let piece = UnstructuredGridPiece {
-        points: positions(mesh, path, data.displacement)?.into(),
-        cells: cells(mesh, path)?,
-        data: Attributes { point: point_data(mesh, path, data)?, cell: cell_data(mesh, path, data)? },
+    if !(2..=4).contains(&N) || D > 3 {
+        return Err(IoError::Dimension { path: path.to_path_buf(), d: D, n: N });
+    }
+    let displacement = data.displacement.map(displacement_field::<D>);
+    let point_fields: Vec<Field<'_>> = displacement.into_iter().chain(data.point_fields.iter().copied()).collect();
+    check_names(path, point_fields.iter().map(|field| field.name))?;
+    check_names(path, std::iter::once("region").chain(data.cell_fields.iter().map(|field| field.name)))?;
+    let point_values = entries_of_three(path, &point_fields, mesh.n_vertex_slots())?;
+    let cell_values = entries_of_three(path, data.cell_fields, mesh.n_cells())?;
+    let regions = Values::UInt32(mesh.cells().map(|c| mesh.region(c)).collect());
+    let mut cell_data = vec![Array { name: "region", components: 1, values: regions }];
+    cell_data.extend(arrays(data.cell_fields, &cell_values));
+    let grid = Grid {
+        points: positions(mesh, path, data.displacement)?,
+        connectivity: mesh.cells().flat_map(|c| mesh.oriented(c)).map(|v| i64::from(v.0)).collect(),
+        sizes: vec![N; mesh.n_cells()],
+        point_data: arrays(&point_fields, &point_values).collect(),
+        cell_data,
     };
-    let vtk = Vtk {
-        version: Version::new_xml(1, 0),
-        title: String::new(),
-        byte_order: ByteOrder::LittleEndian,
-        data: DataSet::inline(piece),
-        file_path: None,
-    };
-    let mut bytes = Vec::new();
-    vtk.write_xml(&mut bytes)
-        .map_err(|error| IoError::Encode { path: path.to_path_buf(), reason: error.to_string() })?;
-    atomic::write(path, &bytes)
+    atomic::write(path, grid.to_xml().as_bytes())
 }
 
 /// The coordinates, displaced and padded to three.
@@ -70,13 +73,13 @@ fn positions<const D: usize, const N: usize>(
 ) -> Result<Vec<f64>, IoError> {
     let mut positions = mesh.points().as_flattened().to_vec();
     if let Some(u) = displacement {
-        check_length(path, &displacement_field::<D>(u), mesh.n_vertices())?;
+        check_length(path, &displacement_field::<D>(u), mesh.n_vertex_slots())?;
         if let Some(at) = u.iter().position(|x| !x.is_finite()) {
             return Err(IoError::Position { path: path.to_path_buf(), vertex: at / D });
         }
         positions.iter_mut().zip(u).for_each(|(x, u)| *x += u);
     }
-    Ok(padded(&positions, D))
+    Ok(padded(&positions, D).into_owned())
 }
 
 fn displacement_field<const D: usize>(values: &[f64]) -> Field<'_> {
@@ -84,65 +87,33 @@ fn displacement_field<const D: usize>(values: &[f64]) -> Field<'_> {
 }
 
 /// Entries of up to three numbers as entries of three.
-fn padded(flat: &[f64], components: usize) -> Vec<f64> {
+fn padded(flat: &[f64], components: usize) -> Cow<'_, [f64]> {
     if components >= 3 {
-        return flat.to_vec();
+        return flat.into();
     }
     let mut padded = Vec::with_capacity(3 * (flat.len() / components));
     for entry in flat.chunks_exact(components) {
         padded.extend((0..3).map(|k| entry.get(k).copied().unwrap_or(0.0)));
     }
-    padded
+    padded.into()
 }
 
-fn cells<const D: usize, const N: usize>(mesh: &SimplexMesh<D, N>, path: &Path) -> Result<Cells, IoError> {
-    let kind = match N {
-        2 => CellType::Line,
-        3 => CellType::Triangle,
-        4 => CellType::Tetra,
-        _ => return Err(IoError::Dimension { path: path.to_path_buf(), d: D, n: N }),
+/// The values of fields, those of two components padded: viewers know no vectors but of three.
+fn entries_of_three<'a>(path: &Path, fields: &[Field<'a>], entries: usize) -> Result<Vec<Cow<'a, [f64]>>, IoError> {
+    let values = |field: &Field<'a>| {
+        check_length(path, field, entries)?;
+        Ok(if field.components == 2 { padded(field.values, 2) } else { field.values.into() })
     };
-    if D > 3 {
-        return Err(IoError::Dimension { path: path.to_path_buf(), d: D, n: N });
-    }
-    let connectivity = mesh.cells().flat_map(|c| mesh.oriented(c)).map(|v| u64::from(v.0)).collect();
-    let offsets = (1..=mesh.n_cells() as u64).map(|k| k * N as u64).collect();
-    Ok(Cells { cell_verts: VertexNumbers::XML { connectivity, offsets }, types: vec![kind; mesh.n_cells()] })
+    fields.iter().map(values).collect()
 }
 
-fn point_data<const D: usize, const N: usize>(
-    mesh: &SimplexMesh<D, N>,
-    path: &Path,
-    data: &VtuData<'_>,
-) -> Result<Vec<Attribute>, IoError> {
-    let displacement = data.displacement.map(displacement_field::<D>);
-    let fields: Vec<Field<'_>> = displacement.into_iter().chain(data.point_fields.iter().copied()).collect();
-    check_names(path, fields.iter().map(|field| field.name))?;
-    fields.iter().map(|field| attribute(path, field, mesh.n_vertices())).collect()
-}
-
-fn cell_data<const D: usize, const N: usize>(
-    mesh: &SimplexMesh<D, N>,
-    path: &Path,
-    data: &VtuData<'_>,
-) -> Result<Vec<Attribute>, IoError> {
-    check_names(path, std::iter::once("region").chain(data.cell_fields.iter().map(|field| field.name)))?;
-    let regions: Vec<u32> = mesh.cells().map(|c| mesh.region(c)).collect();
-    let mut attributes = vec![Attribute::scalars("region", 1).with_data(regions)];
-    for field in data.cell_fields {
-        attributes.push(attribute(path, field, mesh.n_cells())?);
-    }
-    Ok(attributes)
-}
-
-fn attribute(path: &Path, field: &Field<'_>, entries: usize) -> Result<Attribute, IoError> {
-    check_length(path, field, entries)?;
-    let (elem, values) = match field.components {
-        1 => (ElementType::Scalars { num_comp: 1, lookup_table: None }, field.values.to_vec()),
-        2 | 3 => (ElementType::Vectors, padded(field.values, field.components)),
-        n => (ElementType::Generic(n as u32), field.values.to_vec()),
-    };
-    Ok(Attribute::DataArray(DataArray { name: field.name.to_owned(), elem, data: values.into() }))
+fn arrays<'a>(fields: &'a [Field<'a>], values: &'a [Cow<'a, [f64]>]) -> impl Iterator<Item = Array<'a>> {
+    let components = |n: usize| if n == 2 { 3 } else { n };
+    fields.iter().zip(values).map(move |(field, values)| Array {
+        name: field.name,
+        components: components(field.components),
+        values: Values::Reals(values),
+    })
 }
 
 fn check_length(path: &Path, field: &Field<'_>, entries: usize) -> Result<(), IoError> {

@@ -36,7 +36,7 @@ impl CellQuality {
 }
 
 /// The shortest and the longest edge.
-fn edge_range<const D: usize, const N: usize>(corners: &[[f64; D]; N]) -> (f64, f64) {
+pub(super) fn edge_range<const D: usize, const N: usize>(corners: &[[f64; D]; N]) -> (f64, f64) {
     let lengths2 = pairs::<N>().map(|(i, j)| distance2(&corners[i], &corners[j]));
     let (shortest2, longest2) = lengths2.fold((f64::INFINITY, 0.0_f64), |(s, l), x| (s.min(x), l.max(x)));
     (shortest2.sqrt(), longest2.sqrt())
@@ -64,10 +64,14 @@ pub fn normalized_volume<const D: usize, const N: usize>(corners: &[[f64; D]; N]
 /// The smallest and the largest angle between two facets, degrees: the angles of a triangle, the dihedral angles of a
 /// tetrahedron. `(0, 180)` for a flat cell and for a segment.
 pub fn angles_deg<const D: usize, const N: usize>(corners: &[[f64; D]; N]) -> (f64, f64) {
-    let Some(normals) = unit_normals(corners) else { return (0.0, 180.0) };
-    let angles = pairs::<N>().map(|(i, j)| 180.0 - between_deg(&normals[i], &normals[j]));
-    let (min, max) = angles.fold((180.0_f64, 0.0_f64), |(min, max), angle| (min.min(angle), max.max(angle)));
-    if N > 2 { (min, max) } else { (0.0, 180.0) }
+    let Some(angles) = each_angle_deg(corners) else { return (0.0, 180.0) };
+    angles.fold((180.0_f64, 0.0_f64), |(min, max), angle| (min.min(angle), max.max(angle)))
+}
+
+/// The angles between facets, degrees, by pairs of opposite vertices; `None` for a flat cell and for a segment.
+pub fn each_angle_deg<const D: usize, const N: usize>(corners: &[[f64; D]; N]) -> Option<impl Iterator<Item = f64>> {
+    let normals = unit_normals(corners).filter(|_| N > 2)?;
+    Some(pairs::<N>().map(move |(i, j)| 180.0 - between_deg(&normals[i], &normals[j])))
 }
 
 /// The inward unit normals of the facets, which are the directions of the gradients.

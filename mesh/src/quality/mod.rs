@@ -1,11 +1,31 @@
 //! How well shaped cells are.
 //!
-//! [`CellQuality`] measures one simplex, [`summary`] the worst of a mesh, [`shapes`] counts the similarity classes.
+//! [`CellQuality`] measures one simplex, [`summary`] the worst of a mesh, [`report`] says how each [`Measure`] is spread
+//! over it and which cells are worst, [`shapes`] counts the similarity classes.
+//!
+//! ```
+//! use stylet_mesh::{generate::kuhn_box, quality::{self, Measure}};
+//!
+//! let mesh = kuhn_box::<3, 4>([0.0; 3], [1.0; 3], [4; 3])?;
+//! let report = quality::report(&mesh);
+//! let angles = report.measure(Measure::Angle).unwrap();
+//! assert_eq!(angles.count, 6 * mesh.n_cells());
+//! assert!((angles.min - 45.0).abs() < 1e-9 && (angles.max - 90.0).abs() < 1e-9);
+//! // In 5 degree bins: half of the angles are right ones.
+//! assert_eq!(angles.histogram.counts[18], angles.count / 2);
+//! # Ok::<(), stylet_mesh::MeshError>(())
+//! ```
 
 mod cell;
+mod histogram;
+mod measure;
+mod report;
 mod shape;
 
-pub use cell::{CellQuality, angles_deg, normalized_volume};
+pub use cell::{CellQuality, angles_deg, each_angle_deg, normalized_volume};
+pub use histogram::Histogram;
+pub use measure::{Measure, Side};
+pub use report::{Beyond, MeasureReport, Percentiles, QualityReport, Worst, report, report_at, report_of};
 pub use shape::shapes;
 
 use crate::{SimplexMesh, VertexId};

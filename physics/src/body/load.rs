@@ -65,7 +65,7 @@ pub fn segment_load<const D: usize, const N: usize>(
     direction: &[f64; D],
     load: &mut [f64],
 ) -> Result<(), LoadError> {
-    let expected = D * mesh.n_vertices();
+    let expected = D * mesh.n_vertex_slots();
     if load.len() != expected {
         return Err(LoadError::Shape { expected, found: load.len() });
     }
@@ -233,7 +233,7 @@ pub fn boundary_traction<const D: usize, const N: usize>(
     traction: &[f64; D],
     load: &mut [f64],
 ) -> Result<f64, LoadError> {
-    let expected = D * mesh.n_vertices();
+    let expected = D * mesh.n_vertex_slots();
     if load.len() != expected {
         return Err(LoadError::Shape { expected, found: load.len() });
     }

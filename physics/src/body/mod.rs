@@ -143,7 +143,7 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
             forces: Vec::new(),
             scratch: assembly::RowScratch::default(),
         };
-        let mut by_vertex: Vec<Vec<Corner>> = vec![Vec::new(); mesh.n_vertices()];
+        let mut by_vertex: Vec<Vec<Corner>> = vec![Vec::new(); mesh.n_vertex_slots()];
         for cell in mesh.cells() {
             let element = body.element_of(mesh, cell)?;
             let slot = body.elements.insert(cell, &element);
@@ -152,11 +152,11 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
             }
         }
         body.check_indices()?;
-        body.stars.resize(mesh.n_vertices());
+        body.stars.resize(mesh.n_vertex_slots());
         for (vertex, corners) in by_vertex.iter().enumerate() {
             body.stars.set(vertex, corners);
         }
-        body.stiffness.resize(mesh.n_vertices())?;
+        body.stiffness.resize(mesh.n_vertex_slots())?;
         body.forces.resize(body.elements.groups.len(), [[[0.0; LANES]; D]; N]);
         if M::IS_LINEAR {
             body.assemble_all()?;
@@ -189,7 +189,7 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
         for &cell in &change.died {
             self.elements.remove(cell);
         }
-        self.stars.resize(mesh.n_vertices().max(self.stars.n_vertices()));
+        self.stars.resize(mesh.n_vertex_slots().max(self.stars.n_vertices()));
         for &vertex in &touched {
             for &corner in self.stars.corners(vertex as usize) {
                 let cell = self.elements.cell(corner.slot::<D, N>());

@@ -75,7 +75,7 @@ pub fn clamped<const D: usize, const N: usize>(
     mesh: &SimplexMesh<D, N>,
     on: impl Fn(&[f64; D]) -> bool,
 ) -> Subspace<D> {
-    let mut subspace = Subspace::new(mesh.n_vertices());
+    let mut subspace = Subspace::new(mesh.n_vertex_slots());
     constrain(mesh, &mut subspace, Constraint::Fixed, on);
     subspace
 }

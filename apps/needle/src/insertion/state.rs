@@ -49,7 +49,7 @@ impl<M: Hyperelastic<2>> Insertion<M> {
         state: InsertionState,
     ) -> Result<Self, String> {
         let slab = Slab::restore(scene, material, threads, state.slab)?;
-        let n = slab.mesh.n_vertices();
+        let n = slab.mesh.n_vertex_slots();
         let on_mesh = |vertex: &VertexId| vertex.index() < n;
         let nodes = state.shaft.nodes.iter().map(|node| &node.vertex);
         if !nodes.chain(&state.shaft.ahead).chain(&state.shaft.let_go).chain(&state.turned).all(on_mesh) {

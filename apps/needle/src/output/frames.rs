@@ -98,7 +98,7 @@ fn needle_file(step: usize) -> String {
 /// Piola-Kirchhoff stress `stress_p` (Pa: P11, P12, P21, P22) and `region`.
 fn write_body(simulation: &dyn Simulation, path: &Path) -> Result<(), NeedleError> {
     let mesh = simulation.mesh();
-    let mut on_needle = vec![0.0; mesh.n_vertices()];
+    let mut on_needle = vec![0.0; mesh.n_vertex_slots()];
     for (vertex, sticks) in simulation.needle_nodes() {
         on_needle[vertex.index()] = if sticks { 2.0 } else { 1.0 };
     }

@@ -1,10 +1,8 @@
 //! Properties of bisection, refinement and location, in two, three and four dimensions.
 
-mod support;
-
+use crate::support::{Random, assert_net, depth, marks, star_by_scan, start_mesh};
 use proptest::prelude::*;
 use stylet_mesh::{BisectError, CellId, MeshChange, SimplexMesh, VertexId, generate::kuhn_box, geometry};
-use support::{Random, assert_net, depth, marks, star_by_scan, start_mesh};
 
 /// Random marks in three rounds: each leaves a valid mesh, a true change, true stars and the whole volume.
 fn random_marks<const D: usize, const N: usize>(kind: u8, seed: u64) {

@@ -1,7 +1,10 @@
 //! Start meshes and brute-force answers for the tests.
-#![allow(dead_code, reason = "each test target uses a part of it")]
 
-use stylet_mesh::{CellId, MeshChange, SimplexMesh, VertexId, generate::kuhn_box, geometry};
+use stylet_mesh::{
+    CellId, MeshChange, SimplexMesh, VertexId,
+    generate::{kuhn_box, random_delaunay},
+    geometry,
+};
 
 /// A small random generator, so that a seed is a mesh.
 pub struct Random(u64);
@@ -60,50 +63,6 @@ fn jittered<const D: usize, const N: usize>(parts: usize, random: &mut Random) -
     (points, cells)
 }
 
-/// The unit cube with random inner vertices added one by one, each by retriangulating the cells whose circumspheres
-/// contain it (Bowyer 1981, Watson 1981); a vertex that would make a nearly flat cell is left out.
-fn delaunay<const D: usize, const N: usize>(n_points: usize, random: &mut Random) -> Soup<D, N> {
-    let (mut points, mut cells) = soup(&kuhn_box::<D, N>([0.0; D], [1.0; D], [1; D]).unwrap());
-    for _ in 0..n_points {
-        let p = random.point::<D>();
-        let corners = |cell: &[u32; N]| cell.map(|v| points[v as usize]);
-        let cavity: Vec<bool> = cells.iter().map(|cell| in_circumsphere(&corners(cell), &p)).collect();
-        let mut facets: Vec<([u32; N], [u32; N])> = Vec::new();
-        for (cell, _) in cells.iter().zip(&cavity).filter(|(_, inside)| **inside) {
-            for local in 0..N {
-                let mut made = *cell;
-                made[local] = points.len() as u32;
-                let mut key = made;
-                key.sort_unstable();
-                facets.push((key, made));
-            }
-        }
-        facets.sort_unstable();
-        let outer: Vec<[u32; N]> =
-            facets.chunk_by(|f, g| f.0 == g.0).filter(|g| g.len() == 1).map(|g| g[0].1).collect();
-        let at = |v: u32| if v as usize == points.len() { p } else { points[v as usize] };
-        let measure = |cell: &[u32; N]| geometry::signed_measure(&cell.map(at)).abs();
-        let before: f64 = cells.iter().zip(&cavity).filter(|(_, i)| **i).map(|(c, _)| measure(c)).sum();
-        let after: f64 = outer.iter().map(measure).sum();
-        let sound = outer.iter().all(|cell| geometry::relative_measure(&cell.map(at)).abs() > 1e-3);
-        if sound && (before - after).abs() < 1e-9 {
-            let mut kept = cavity.iter();
-            cells.retain(|_| !kept.next().unwrap());
-            cells.extend(outer);
-            points.push(p);
-        }
-    }
-    (points, cells)
-}
-
-fn in_circumsphere<const D: usize, const N: usize>(corners: &[[f64; D]; N], p: &[f64; D]) -> bool {
-    let g = geometry::gradients(corners).unwrap();
-    let centre: [f64; D] = std::array::from_fn(|k| {
-        corners[0][k] + (1..N).map(|i| 0.5 * geometry::distance2(&corners[i], &corners[0]) * g[i][k]).sum::<f64>()
-    });
-    geometry::distance2(&centre, p) < geometry::distance2(&centre, &corners[0]) * (1.0 - 1e-9)
-}
-
 /// A start mesh of the unit cube of one of three kinds (0: Kuhn, 1: jittered, 2: Delaunay), the latter two with vertices,
 /// cells and windings in random order, and with regions.
 pub fn start_mesh<const D: usize, const N: usize>(kind: u8, seed: u64) -> SimplexMesh<D, N> {
@@ -112,7 +71,7 @@ pub fn start_mesh<const D: usize, const N: usize>(kind: u8, seed: u64) -> Simple
     let (points, mut cells) = match kind {
         0 => return kuhn_box([0.0; D], [1.0; D], [parts; D]).unwrap(),
         1 => jittered::<D, N>(2, &mut random),
-        _ => delaunay::<D, N>(if D < 4 { 30 } else { 12 }, &mut random),
+        _ => soup(&random_delaunay::<D, N>(if D < 4 { 30 } else { 12 }, random.bits()).unwrap()),
     };
     let mut names: Vec<u32> = (0..points.len() as u32).collect();
     random.shuffle(&mut names);
@@ -154,7 +113,10 @@ pub fn assert_net<const D: usize, const N: usize>(
     let mut live: std::collections::BTreeSet<CellId> = before.cells().collect();
     for cell in &change.died {
         assert!(live.remove(cell), "{cell:?} died twice or was not alive");
-        assert!(!mesh.is_live(*cell));
+        assert!(!mesh.is_live(*cell) || change.born.contains(cell));
+    }
+    for &cell in &live {
+        assert_eq!(before.corners(cell), mesh.corners(cell), "{cell:?} is another cell, unreported");
     }
     for cell in &change.born {
         assert!(live.insert(*cell), "{cell:?} was born twice or was alive");
@@ -162,7 +124,32 @@ pub fn assert_net<const D: usize, const N: usize>(
     assert!(live.into_iter().eq(mesh.cells()));
     assert!(change.died.is_sorted() && change.born.is_sorted());
 
+    let mut vertices: std::collections::BTreeSet<VertexId> = before.vertices().collect();
+    vertices.extend(change.vertices.iter().map(|birth| birth.vertex));
+    for v in &change.removed {
+        assert!(vertices.remove(v), "{v:?} was removed but neither there before nor born");
+    }
+    assert!(vertices.into_iter().eq(mesh.vertices()));
+    assert!(change.removed.is_sorted());
+
     let mut field: Vec<f64> = before.points().as_flattened().to_vec();
     change.carry_field::<D>(&mut field);
-    assert_eq!(field, mesh.points().as_flattened(), "origins reproduce positions, bit for bit");
+    for v in mesh.vertices() {
+        assert_eq!(field[v.index() * D..][..D], mesh.point(v), "origins reproduce positions, bit for bit");
+    }
+}
+
+/// The live cells as sorted coordinates of their vertices, sorted: equal for meshes that differ in ids alone.
+pub fn leaf_set<const D: usize, const N: usize>(mesh: &SimplexMesh<D, N>) -> Vec<[[u64; D]; N]> {
+    let mut cells: Vec<[[u64; D]; N]> = mesh
+        .cells()
+        .map(|c| {
+            // Bits order numbers well enough to compare sets; zeros have one sign.
+            let mut corners = mesh.corners(c).map(|p| p.map(|x| (x + 0.0).to_bits()));
+            corners.sort_unstable();
+            corners
+        })
+        .collect();
+    cells.sort_unstable();
+    cells
 }

@@ -79,6 +79,38 @@ fn uniform_refinement() {
     assert_counts(&everywhere::<4, 5>(1.0), 24 * 8, 16 + 24 + 8 + 1);
 }
 
+/// Tree, neighbours and vertices, as number of entries times size of an entry.
+#[test]
+fn bytes_per_cell() {
+    let square = everywhere::<2, 3>(2_f64.powi(-7));
+    assert!(square.bytes() <= 80 * square.n_cells(), "{} bytes, {} cells", square.bytes(), square.n_cells());
+    // At whole cubes; a bisection or two before there are more vertices per cell, and up to 88.3 bytes.
+    let cube = everywhere::<3, 4>(2_f64.powi(-5) * 3_f64.sqrt());
+    assert!(cube.bytes() <= 88 * cube.n_cells(), "{} bytes, {} cells", cube.bytes(), cube.n_cells());
+}
+
+#[test]
+fn a_limit_on_bisections_holds_per_call() {
+    let mut mesh = cube::<3, 4>();
+    mesh.set_bisection_limit(100);
+    let mut change = MeshChange::default();
+    let mut cells = mesh.n_cells();
+    loop {
+        let outcome = mesh.refine_around([0.3141, 0.2718, 0.5772], 2_f64.powi(-7), &mut change);
+        // A cell more for every bisection.
+        assert!(mesh.n_cells() - cells <= 100);
+        cells = mesh.n_cells();
+        match outcome {
+            Ok(()) => break,
+            Err(error) => assert!(matches!(error, BisectError::BisectionLimit { limit: 100, .. }), "{error}"),
+        }
+    }
+    mesh.check_invariants().unwrap();
+    // The order of the bisections differs, the mesh does not.
+    assert_counts(&mesh, 2_104, 417);
+    assert_eq!((change.died.len(), change.born.len()), (6, 2_104));
+}
+
 #[test]
 fn the_slab() {
     let leg = |k: i32| 0.1 * 2_f64.powi(-k) * 2_f64.sqrt();
