@@ -20,6 +20,50 @@ pub(crate) struct ColourScale {
 }
 
 impl ColourScale {
+    /// Bands for values from `min` to `max`, or over a given range; the ends as an error if they are not in order or too
+    /// far apart.
+    pub fn around(
+        min: f64,
+        max: f64,
+        range: Option<(f64, f64)>,
+        map: ColourMap,
+        levels: usize,
+    ) -> Result<Self, [f64; 2]> {
+        let (mut low, mut high) = range.unwrap_or((min, max));
+        if !(max - min).is_finite() {
+            return Err([min, max]);
+        }
+        let ascending = low < high; // false with NaN
+        if range.is_some() && !ascending {
+            return Err([low, high]);
+        }
+        if map == ColourMap::Diverging && range.is_none() {
+            high = low.abs().max(high.abs());
+            low = -high;
+        }
+        if low == high {
+            // A constant field: an interval around it, so that the bar has numbers.
+            let pad = if low == 0.0 { 1.0 } else { 0.1 * low.abs() };
+            (low, high) = (low - pad, high + pad);
+        }
+        if !(high - low).is_finite() {
+            return Err([low, high]);
+        }
+        Ok(Self { map, low, high, bands: levels.clamp(2, 256), beyond: [min < low, max > high] })
+    }
+
+    /// The band of a finite value.
+    pub fn band_of(&self, value: f64) -> usize {
+        let t = (value - self.low) / (self.high - self.low);
+        // The cast saturates.
+        ((t * self.bands as f64) as usize).min(self.bands - 1)
+    }
+
+    /// Colour of a finite value.
+    pub fn of(&self, value: f64) -> Colour {
+        self.band(self.band_of(value))
+    }
+
     /// The levels between the bands, ascending.
     pub fn levels(&self) -> Vec<f64> {
         let width = (self.high - self.low) / self.bands as f64;

@@ -24,12 +24,12 @@ pub enum PlotError {
         /// Largest number.
         max: f64,
     },
-    /// One value a vertex was expected.
+    /// One value a vertex, or a cell, was expected.
     #[error("mesh picture {picture:?} has {points} points and {values} values")]
     Shape {
         /// Title of the picture.
         picture: String,
-        /// Number of points.
+        /// Number of points, or of cells if these have the values.
         points: usize,
         /// Number of values.
         values: usize,
@@ -45,6 +45,18 @@ pub enum PlotError {
         point: u32,
         /// Number of points.
         points: usize,
+    },
+    /// A bar chart without bars, or whose ends are not in order.
+    #[error("histogram {label:?} has {bins} bins from {low:e} to {high:e}")]
+    Bins {
+        /// What is counted.
+        label: String,
+        /// Number of bins.
+        bins: usize,
+        /// Lower end.
+        low: f64,
+        /// Upper end.
+        high: f64,
     },
     /// The file could not be written; no partial file is left.
     #[error("cannot write {}: {error}", path.display())]

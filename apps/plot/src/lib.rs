@@ -3,6 +3,8 @@
 //! - [`Chart`]: lines, points and steps on linear or logarithmic axes, legend beside the data.
 //! - [`MeshPicture`]: a plane triangle mesh filled with colour bands of a field, true to scale with axes in mm, needle
 //!   and other lines above it. [`MeshPanel`] sets several side by side with one colour scale.
+//! - [`SolidPicture`]: a tetrahedral mesh cut open, or a surface in space, coloured by cell.
+//! - [`HistogramPanel`]: several histograms; [`SideBySide`]: pictures of any sort in one file.
 //!
 //! The SVG is written directly, in fractions of a px and without a font or an image library; the viewer brings the
 //! font. The same data give the same bytes. NaN, infinities and what a logarithmic axis cannot show are left out, and a
@@ -38,11 +40,14 @@ mod contour;
 mod edges;
 mod error;
 mod file;
+mod histogram;
 mod legend;
 mod mesh_picture;
 mod panel;
 mod path;
 mod series;
+mod side_by_side;
+mod solid;
 mod svg;
 mod text;
 mod ticks;
@@ -51,9 +56,12 @@ pub use chart::Chart;
 pub use colour::{Colour, ColourMap, PALETTE};
 pub use edges::outline_of;
 pub use error::PlotError;
+pub use histogram::{Bars, HistogramPanel};
 pub use mesh_picture::{Marker, MeshPicture, Polyline};
 pub use panel::MeshPanel;
 pub use series::{Series, Style};
+pub use side_by_side::{Picture, SideBySide};
+pub use solid::{Cut, SolidPicture, SpaceLine};
 
 #[cfg(test)]
 mod properties;

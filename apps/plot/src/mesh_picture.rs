@@ -61,6 +61,8 @@ pub struct MeshPicture<'a> {
     pub triangles: &'a [[u32; 3]],
     /// The field, one value a point. Triangles with a value that is not finite are grey.
     pub values: &'a [f64],
+    /// Instead of that, a value for each triangle, which then has one colour.
+    pub cell_values: Option<&'a [f64]>,
     /// Above the picture.
     pub title: String,
     /// What the colours mean, with the unit.
@@ -73,6 +75,8 @@ pub struct MeshPicture<'a> {
     pub outline: Vec<Vec<[f64; 2]>>,
     /// Whether to draw the edges of the mesh; never for more than 20 000 triangles.
     pub edges: bool,
+    /// Their colour.
+    pub edge_colour: Colour,
     /// Number of colour bands, 2 to 256.
     pub levels: usize,
     /// Values of the ends of the colour scale; by default those of the field.
@@ -89,12 +93,14 @@ impl Default for MeshPicture<'_> {
             points: &[],
             triangles: &[],
             values: &[],
+            cell_values: None,
             title: String::new(),
             colour_label: String::new(),
             lines: Vec::new(),
             markers: Vec::new(),
             outline: Vec::new(),
             edges: true,
+            edge_colour: Colour(0x80, 0x80, 0x80),
             levels: 32,
             range: None,
             colours: ColourMap::default(),
@@ -131,11 +137,15 @@ impl MeshPicture<'_> {
 
     /// Checks the mesh and sorts out what can be drawn.
     pub(crate) fn prepare(&self) -> Result<Prepared<'_>, PlotError> {
-        let (points, values) = (self.points.len(), self.values.len());
-        if points != values {
-            return Err(PlotError::Shape { picture: self.title.clone(), points, values });
+        let points = self.points.len();
+        let (entries, values) = match self.cell_values {
+            None => (points, self.values.len()),
+            Some(values) => (self.triangles.len(), values.len()),
+        };
+        if entries != values {
+            return Err(PlotError::Shape { picture: self.title.clone(), points: entries, values });
         }
-        let mut prepared = Prepared { picture: self, valued: Vec::new(), bare: Vec::new() };
+        let mut prepared = Prepared { picture: self, valued: Vec::new(), cell_values: Vec::new(), bare: Vec::new() };
         for (triangle, corners) in self.triangles.iter().enumerate() {
             if let Some(&point) = corners.iter().find(|&&i| i as usize >= points) {
                 return Err(PlotError::Index { picture: self.title.clone(), triangle, point, points });
@@ -145,10 +155,13 @@ impl MeshPicture<'_> {
                 continue;
             }
             let oriented = if signed_area(p) < 0.0 { [corners[0], corners[2], corners[1]] } else { *corners };
-            if corners.iter().all(|&i| self.values[i as usize].is_finite()) {
-                prepared.valued.push(oriented);
-            } else {
-                prepared.bare.push(oriented);
+            match self.cell_values.map(|values| values[triangle]) {
+                Some(value) if value.is_finite() => {
+                    prepared.valued.push(oriented);
+                    prepared.cell_values.push(value);
+                }
+                None if corners.iter().all(|&i| self.values[i as usize].is_finite()) => prepared.valued.push(oriented),
+                _ => prepared.bare.push(oriented),
             }
         }
         if prepared.valued.is_empty() && prepared.bare.is_empty() {
@@ -167,6 +180,8 @@ pub(crate) struct Prepared<'a> {
     pub picture: &'a MeshPicture<'a>,
     /// Triangles with finite values.
     pub valued: Vec<[u32; 3]>,
+    /// Their values, if each has its own.
+    pub cell_values: Vec<f64>,
     /// Triangles without.
     pub bare: Vec<[u32; 3]>,
 }
@@ -174,7 +189,8 @@ pub(crate) struct Prepared<'a> {
 impl Prepared<'_> {
     /// The values that are shown.
     pub fn values(&self) -> impl Iterator<Item = f64> + '_ {
-        self.valued.iter().flatten().map(|&i| self.picture.values[i as usize])
+        let by_point = self.valued.iter().flatten().filter(|_| self.picture.cell_values.is_none());
+        by_point.map(|&i| self.picture.values[i as usize]).chain(self.cell_values.iter().copied())
     }
 
     /// Every finite position that should be in view, m.
@@ -218,17 +234,25 @@ impl Prepared<'_> {
         Frame::close_clip(svg);
     }
 
-    /// Colour bands, each painted over the one below it.
+    /// Colour bands, each painted over the one below it; or, of triangles with one colour, each band by itself.
     fn draw_field(&self, svg: &mut Svg, frame: &Frame, colours: &ColourScale, units: f64) {
         // The outline of all triangles is that of the region where 0 >= -1.
         let whole = |triangles: &[[u32; 3]]| {
             let zeros = vec![0.0; self.picture.points.len()];
             regions(self.picture.points, triangles, &zeros, &[-1.0]).pop().unwrap_or_default()
         };
-        let bands = regions(self.picture.points, &self.valued, self.picture.values, &colours.levels());
-        let layers = [(Colour::NO_DATA, whole(&self.bare)), (colours.band(0), whole(&self.valued))];
-        let above = bands.into_iter().enumerate().map(|(k, rings)| (colours.band(k + 1), rings));
-        for (colour, rings) in layers.into_iter().chain(above) {
+        let mut layers = vec![(Colour::NO_DATA, whole(&self.bare))];
+        if self.picture.cell_values.is_some() {
+            let mut bands = vec![Vec::new(); colours.bands];
+            let values = self.valued.iter().zip(&self.cell_values);
+            values.for_each(|(triangle, &value)| bands[colours.band_of(value)].push(*triangle));
+            layers.extend(bands.iter().enumerate().map(|(k, triangles)| (colours.band(k), whole(triangles))));
+        } else {
+            let bands = regions(self.picture.points, &self.valued, self.picture.values, &colours.levels());
+            layers.push((colours.band(0), whole(&self.valued)));
+            layers.extend(bands.into_iter().enumerate().map(|(k, rings)| (colours.band(k + 1), rings)));
+        }
+        for (colour, rings) in layers {
             let mut path = PathData::new(units);
             for ring in rings {
                 path.ring(ring.into_iter().filter_map(|p| place(frame, p)));
@@ -247,7 +271,7 @@ impl Prepared<'_> {
         }
         // Thinner and fainter where there are more of them.
         let width = if triangles.len() > 3000 { 0.3 } else { 0.5 };
-        let stroke = Stroke::solid(Colour(0x80, 0x80, 0x80), width * units).attributes();
+        let stroke = Stroke::solid(self.picture.edge_colour, width * units).attributes();
         svg.raw(&format!("<path fill=\"none\" stroke-opacity=\"0.6\" {stroke} d=\"{}\"/>", path.data()));
     }
 

@@ -10,7 +10,7 @@ use crate::colour_bar::ColourScale;
 use crate::file::write_atomic;
 use crate::legend;
 use crate::mesh_picture::{MeshPicture, Prepared};
-use crate::svg::{Anchor, Svg};
+use crate::svg::{Anchor, Page, Svg};
 use crate::text;
 
 /// No side of a frame is shorter than this, px.
@@ -62,6 +62,10 @@ impl MeshPanel<'_> {
     /// # Errors
     /// Those of [`MeshPicture::to_svg`], for any of the pictures; [`PlotError::Empty`] without pictures.
     pub fn to_svg(&self) -> Result<String, PlotError> {
+        self.page().map(Page::document)
+    }
+
+    pub(crate) fn page(&self) -> Result<Page, PlotError> {
         if self.pictures.is_empty() {
             return Err(PlotError::Empty { picture: self.title.clone(), points: 0 });
         }
@@ -91,31 +95,11 @@ impl MeshPanel<'_> {
     fn colour_scale(&self, prepared: &[Prepared<'_>]) -> Result<ColourScale, PlotError> {
         let values = || prepared.iter().flat_map(Prepared::values);
         let (min, max) = extent(values()).unwrap_or((0.0, 0.0));
-        let (mut low, mut high) = self.range.unwrap_or((min, max));
-        let wrong = |low, high| too_wide(self.name(), [low, high]);
-        if !(max - min).is_finite() {
-            return Err(wrong(min, max));
-        }
-        if self.range.is_some() && !ascending(low, high) {
-            return Err(wrong(low, high));
-        }
-        if self.colours == ColourMap::Diverging && self.range.is_none() {
-            high = low.abs().max(high.abs());
-            low = -high;
-        }
-        if low == high {
-            // A constant field: an interval around it, so that the bar has numbers.
-            let pad = if low == 0.0 { 1.0 } else { 0.1 * low.abs() };
-            (low, high) = (low - pad, high + pad);
-        }
-        if !(high - low).is_finite() {
-            return Err(wrong(low, high));
-        }
-        let bands = self.levels.clamp(2, 256);
-        Ok(ColourScale { map: self.colours, low, high, bands, beyond: [min < low, max > high] })
+        ColourScale::around(min, max, self.range, self.colours, self.levels)
+            .map_err(|[low, high]| too_wide(self.name(), [low, high]))
     }
 
-    fn draw(&self, prepared: &[Prepared<'_>], colours: &ColourScale, columns: usize, frames: &Frames) -> String {
+    fn draw(&self, prepared: &[Prepared<'_>], colours: &ColourScale, columns: usize, frames: &Frames) -> Page {
         let mut svg = Svg::new();
         let top = BORDER + if self.title.is_empty() { 0.0 } else { 1.9 * TITLE_SIZE };
         let [cell_width, cell_height] = frames.cell;
@@ -153,7 +137,7 @@ impl MeshPanel<'_> {
             let note = format!("{left_out} triangles with positions that are not finite are left out.");
             draw_note(&mut svg, [BORDER, below - 4.0], &note, room);
         }
-        svg.finish(width, below + 0.6 * BORDER, self.name())
+        Page { svg, width, height: below + 0.6 * BORDER, title: self.name().to_owned() }
     }
 }
 

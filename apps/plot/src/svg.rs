@@ -140,6 +140,28 @@ impl Svg {
     }
 }
 
+/// A finished drawing and its size, px: a document of its own, or part of one.
+pub(crate) struct Page {
+    pub svg: Svg,
+    pub width: f64,
+    pub height: f64,
+    pub title: String,
+}
+
+impl Page {
+    pub fn document(self) -> String {
+        self.svg.finish(self.width, self.height, &self.title)
+    }
+
+    /// The drawing with its upper left corner at `[x, y]` of another one.
+    pub fn draw_into(self, svg: &mut Svg, [x, y]: [f64; 2]) {
+        let [x, y, width, height] = [x, y, self.width, self.height].map(num);
+        svg.raw(&format!("<svg x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\">"));
+        svg.raw(&self.svg.into_fragment());
+        svg.raw("</svg>");
+    }
+}
+
 /// A number with at most two decimals and no trailing zeros; never an exponent, which some readers do not take.
 pub(crate) fn num(x: f64) -> String {
     let text = format!("{x:.2}");
