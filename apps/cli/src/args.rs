@@ -1,5 +1,6 @@
 //! The arguments.
 
+use crate::mesh::args::MeshArgs;
 use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
 
@@ -13,6 +14,7 @@ Examples:
   stylet scenes --show slab2d-static > mine.toml    a scene file to start from
   stylet run mine.toml --probe 0.05,0.05 --json     displacement at a point, as JSON
   stylet bench density --quick                      run time and error beside published ones
+  stylet mesh refine --start kuhn3 --point 0.3,0.3,0.6 --size 0.01
 
 Units are SI everywhere: m, kg, s, N, Pa, rad.
 Exit codes: 0 done; 2 bad input; 3 the run cannot converge; 130 stopped by Ctrl-C.";
@@ -35,6 +37,8 @@ pub enum Command {
     Run(RunArgs),
     /// Measure run time against error; print a table beside published values.
     Bench(BenchArgs),
+    /// Make, refine, check, draw and convert meshes.
+    Mesh(MeshArgs),
 }
 
 const SCENES_EXAMPLES: &str = "\

@@ -1,4 +1,4 @@
-//! The command line `stylet`: scenes, runs and benchmarks.
+//! The command line `stylet`: scenes, runs, benchmarks and meshes.
 //!
 //! Standard output carries what was asked for and nothing else; progress and errors go to standard error, an error in one
 //! line. Exit codes: [`Exit`].
@@ -7,6 +7,7 @@ mod args;
 mod bench;
 mod exit;
 mod interrupt;
+mod mesh;
 mod output;
 mod probe;
 mod progress;
@@ -38,5 +39,6 @@ fn execute(cli: Cli) -> Result<Exit, Failure> {
         Some(Command::Scenes(args)) => scenes::execute(&args),
         Some(Command::Run(args)) => run::execute(&args),
         Some(Command::Bench(args)) => bench::execute(&args),
+        Some(Command::Mesh(args)) => mesh::execute(&args),
     }
 }

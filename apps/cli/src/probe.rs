@@ -10,12 +10,16 @@ pub fn parse<const D: usize>(texts: &[String]) -> Result<Vec<[f64; D]>, Failure>
     texts.iter().map(|text| point(text).map_err(|reason| refuse::<D>(text, &reason))).collect()
 }
 
-fn point<const D: usize>(text: &str) -> Result<[f64; D], String> {
+/// Finite numbers with commas between them; an error says which part is none.
+pub fn numbers(text: &str) -> Result<Vec<f64>, String> {
     let parts: Vec<&str> = text.split(',').map(str::trim).collect();
     let number = |part: &&str| part.parse::<f64>().ok().filter(|x| x.is_finite()).ok_or_else(|| (*part).to_owned());
     let numbers = parts.iter().map(number).collect::<Result<Vec<f64>, String>>();
-    let numbers =
-        numbers.map_err(|part| if parts.len() == 1 { text.to_owned() } else { format!("`{part}` in {text}") })?;
+    numbers.map_err(|part| if parts.len() == 1 { text.to_owned() } else { format!("`{part}` in {text}") })
+}
+
+fn point<const D: usize>(text: &str) -> Result<[f64; D], String> {
+    let numbers = numbers(text)?;
     let n = numbers.len();
     let plural = if n == 1 { "" } else { "s" };
     numbers.try_into().map_err(|_| format!("{n} number{plural} in {text}"))

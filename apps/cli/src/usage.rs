@@ -43,7 +43,11 @@ fn one_line(error: &clap::Error) -> String {
         ErrorKind::InvalidSubcommand => {
             let found = text(ContextKind::InvalidSubcommand).unwrap_or_default();
             let near = near(ContextKind::SuggestedSubcommand);
-            format!("{found}: found a command that does not exist, expected scenes, run or bench{near}")
+            let expected = match std::env::args().nth(1).as_deref() {
+                Some("mesh") => "box, refine, coarsen, quality, convert or remesh",
+                _ => "scenes, run, bench or mesh",
+            };
+            format!("{found}: found a command that does not exist, expected {expected}{near}")
         }
         ErrorKind::MissingRequiredArgument => {
             let missing = text(ContextKind::InvalidArg).unwrap_or_default();
