@@ -7,6 +7,7 @@ mod conformance;
 mod density;
 mod fields;
 mod materials;
+mod mesh;
 mod published;
 mod report;
 mod speed;
@@ -58,6 +59,11 @@ pub const SUITES: &[Suite] = &[
         name: "work-precision",
         about: "error against run time: methods x preconditioners x tolerances",
         run: work_precision::run,
+    },
+    Suite {
+        name: "mesh",
+        about: "the mesh layer: exact counts, times, bytes, long runs of the remesher",
+        run: mesh::run,
     },
 ];
 

@@ -70,6 +70,11 @@ impl Figure {
         Self { name: name.into(), value, at_most: Some(at_most), at_least: None }
     }
 
+    /// A figure that should not fall below `at_least`.
+    pub fn at_least(name: impl Into<String>, value: f64, at_least: f64) -> Self {
+        Self { name: name.into(), value, at_most: None, at_least: Some(at_least) }
+    }
+
     /// A figure that should stay in a range.
     pub fn within(name: impl Into<String>, value: f64, at_least: f64, at_most: f64) -> Self {
         Self { name: name.into(), value, at_most: Some(at_most), at_least: Some(at_least) }
