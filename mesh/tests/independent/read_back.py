@@ -3,9 +3,9 @@
 
 A script for developers, not part of `cargo test`:
 
-    python3 -m venv /tmp/venv && /tmp/venv/bin/pip install meshio vtk gmsh numpy
+    python3 -m venv .venv && .venv/bin/pip install meshio vtk gmsh numpy
     cargo build --release -p stylet-mesh --example convert
-    /tmp/venv/bin/python mesh/tests/independent/read_back.py target/release/examples/convert
+    .venv/bin/python mesh/tests/independent/read_back.py target/release/examples/convert
 
 A reader that is not installed is left out, and said so. The reference is a mesh that this script makes itself and hands
 over as a .vtu file of its own making; what the crate writes of it in each format is read back by each reader that knows
