@@ -87,9 +87,11 @@ fn cycle_row(
     let each = sums.seconds / sums.steps as f64;
     let narrow = 100.0 * sums.narrow as f64 / sums.deep as f64;
     report.figures.push(Figure::at_most(format!("{case}: us a step"), 1e6 * each, 50.0));
-    if kind == PathKind::Random {
+    if parts < 13 {
+        report.figures.push(Figure::plain(format!("{case}: % of steps outside 8 to 165 deg"), narrow));
+    } else if kind == PathKind::Random {
         report.figures.push(Figure::at_most(format!("{case}: % of steps outside 8 to 165 deg"), narrow, 0.1));
-    } else if parts == 13 {
+    } else {
         report.figures.push(Figure::at_least(format!("{case}: smallest angle, deg"), min, 10.3));
         report.figures.push(Figure::at_most(format!("{case}: largest angle, deg"), max, 160.0));
     }
