@@ -74,6 +74,12 @@ fn inside<const D: usize, const N: usize>(corners: &[[f64; D]; N], p: &[f64; D])
     geometry::barycentric(corners, p).unwrap().into_iter().fold(f64::INFINITY, f64::min)
 }
 
+/// What the rounding of places of about 1 can make of a barycentric coordinate: much where a deformed cell is thin.
+fn rounding<const D: usize, const N: usize>(corners: &[[f64; D]; N]) -> f64 {
+    let slope2 = geometry::gradients(corners).unwrap().iter().map(|g| geometry::dot(g, g)).fold(0.0, f64::max);
+    1e-14 * slope2.sqrt()
+}
+
 /// What was found is live and contains the point, and is something if a cell contains the point beyond doubt.
 fn assert_found<const D: usize, const N: usize>(
     found: Option<Location<N>>,
@@ -159,7 +165,8 @@ fn assert_crossings<const D: usize, const N: usize>(
     for c in crossings {
         assert!(0.0 <= c.from && c.from <= c.to && c.to <= 1.0);
         for t in [c.from, 0.5 * (c.from + c.to), c.to] {
-            assert!(inside(&corners(c.cell), &at(t)) > -1e-9, "{c:?} is not touched at {t}");
+            let (corners, p) = (corners(c.cell), at(t));
+            assert!(inside(&corners, &p) > -1e-9 - rounding(&corners), "{c:?} is not touched at {t}");
         }
     }
     for t in (0..=100).map(|t| f64::from(t) / 100.0) {
