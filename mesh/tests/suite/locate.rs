@@ -288,30 +288,8 @@ fn deformed<const D: usize, const N: usize>(kind: u8, seed: u64) {
     }
 }
 
-macro_rules! in_each_dimension {
-    ($($property:ident, $cases_2d:expr, $cases_3d:expr, $cases_4d:expr;)*) => {$(
-        mod $property {
-            use super::*;
-            proptest! {
-                #![proptest_config(ProptestConfig::with_cases($cases_2d))]
-                #[test]
-                fn in_2d(kind in 0..6_u8, seed: u64) { super::$property::<2, 3>(kind, seed); }
-            }
-            proptest! {
-                #![proptest_config(ProptestConfig::with_cases($cases_3d))]
-                #[test]
-                fn in_3d(kind in 0..6_u8, seed: u64) { super::$property::<3, 4>(kind, seed); }
-            }
-            proptest! {
-                #![proptest_config(ProptestConfig::with_cases($cases_4d))]
-                #[test]
-                fn in_4d(kind in 0..4_u8, seed: u64) { super::$property::<4, 5>(kind, seed); }
-            }
-        }
-    )*};
-}
-
 in_each_dimension! {
+    kinds 0..6_u8, 0..4_u8;
     points, 60, 24, 8;
     segments, 60, 12, 3;
     deformed, 40, 8, 2;

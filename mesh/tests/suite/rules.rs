@@ -154,30 +154,8 @@ fn hierarchy<const D: usize, const N: usize>(kind: u8, seed: u64) {
     }
 }
 
-macro_rules! in_each_dimension {
-    ($($property:ident, $cases_2d:expr, $cases_3d:expr, $cases_4d:expr;)*) => {$(
-        mod $property {
-            use super::*;
-            proptest! {
-                #![proptest_config(ProptestConfig::with_cases($cases_2d))]
-                #[test]
-                fn in_2d(kind in 0..3_u8, seed: u64) { super::$property::<2, 3>(kind, seed); }
-            }
-            proptest! {
-                #![proptest_config(ProptestConfig::with_cases($cases_3d))]
-                #[test]
-                fn in_3d(kind in 0..3_u8, seed: u64) { super::$property::<3, 4>(kind, seed); }
-            }
-            proptest! {
-                #![proptest_config(ProptestConfig::with_cases($cases_4d))]
-                #[test]
-                fn in_4d(kind in 0..3_u8, seed: u64) { super::$property::<4, 5>(kind, seed); }
-            }
-        }
-    )*};
-}
-
 in_each_dimension! {
+    kinds 0..3_u8, 0..3_u8;
     colouring, 60, 40, 8;
     hierarchy, 60, 40, 8;
 }
