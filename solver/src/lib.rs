@@ -53,14 +53,17 @@
 //!   gives the same bits.
 
 pub mod check;
+pub mod dense;
 pub mod energy;
 pub mod linear;
 pub mod nonlinear;
 pub mod operator;
 pub mod precondition;
+pub mod real;
 pub mod sparse;
 pub mod stop;
 pub mod subspace;
+pub mod team;
 pub mod vector;
 
 pub use operator::{Block, LinearOperator};

@@ -1,7 +1,7 @@
 //! Vector kernels whose sums have a fixed shape.
 //!
-//! A sum runs over chunks of [`CHUNK`] entries; inside a chunk sixteen lanes accumulate independently and are folded
-//! pairwise, and the chunk sums are added in order. That shape depends on the length alone, so the result has the same
+//! A sum runs over chunks of [`CHUNK`] entries; inside a chunk sixteen lanes accumulate independently, in the format of the
+//! vector, and are folded pairwise; the chunk sums are added in order, in `f64`. That shape depends on the length alone, so the result has the same
 //! bits on any number of threads and at any SIMD level. No fused multiply-add is used, for the same reason.
 //!
 //! # Panics
@@ -9,22 +9,24 @@
 //! Every function of this module panics if its slices differ in length: that is an error of the caller's code, never
 //! of its data.
 
+use crate::real::Real;
 use pulp::{Arch, NullaryFnOnce};
 
-/// Entries per chunk: two chunks fit into a first-level cache, and blocks of 1, 2, 3, 4, 6 or 8 entries divide it.
-pub const CHUNK: usize = 1536;
+/// Entries per chunk: enough to hide the cost of folding its lanes, few enough to share 7,000 entries among threads evenly;
+/// blocks of 1, 2, 3, 4, 6 or 8 entries divide it.
+pub const CHUNK: usize = 384;
 
 const LANES: usize = 16;
 
 /// Runs a block with the instructions that the processor has. The block becomes a named type: a closure that occurs in
 /// several places was not inlined into the function that enables those instructions, and lost them.
 macro_rules! with_simd {
-    (|$($name:ident: $type:ty),*| -> $output:ty $body:block) => {{
-        struct Kernel<'a> {
+    (<$real:ident> |$($name:ident: $type:ty),*| -> $output:ty $body:block) => {{
+        struct Kernel<'a, $real: Real> {
             $($name: $type,)*
-            lifetime: std::marker::PhantomData<&'a ()>,
+            lifetime: std::marker::PhantomData<&'a $real>,
         }
-        impl<'a> NullaryFnOnce for Kernel<'a> {
+        impl<'a, $real: Real> NullaryFnOnce for Kernel<'a, $real> {
             type Output = $output;
 
             #[inline(always)]
@@ -33,15 +35,15 @@ macro_rules! with_simd {
                 $body
             }
         }
-        Arch::new().dispatch(Kernel { $($name,)* lifetime: std::marker::PhantomData })
+        Arch::new().dispatch(Kernel::<$real> { $($name,)* lifetime: std::marker::PhantomData })
     }};
 }
 
 /// `xᵀy`.
 #[must_use]
-pub fn dot(x: &[f64], y: &[f64]) -> f64 {
+pub fn dot<T: Real>(x: &[T], y: &[T]) -> f64 {
     assert_eq!(x.len(), y.len(), "dot: lengths differ");
-    with_simd!(|x: &'a [f64], y: &'a [f64]| -> f64 {
+    with_simd!(<T> |x: &'a [T], y: &'a [T]| -> f64 {
         let chunks = x.chunks(CHUNK).zip(y.chunks(CHUNK));
         let mut sum = 0.0;
         for (x, y) in chunks {
@@ -53,51 +55,51 @@ pub fn dot(x: &[f64], y: &[f64]) -> f64 {
 
 /// `‖x‖₂`, the square root of [`dot`]`(x, x)`: infinite once a square overflows, i.e. for entries above 1e154.
 #[must_use]
-pub fn norm2(x: &[f64]) -> f64 {
+pub fn norm2<T: Real>(x: &[T]) -> f64 {
     dot(x, x).sqrt()
 }
 
 /// `y ← y + α x`.
-pub fn axpy(alpha: f64, x: &[f64], y: &mut [f64]) {
+pub fn axpy<T: Real>(alpha: T, x: &[T], y: &mut [T]) {
     assert_eq!(x.len(), y.len(), "axpy: lengths differ");
-    with_simd!(|alpha: f64, x: &'a [f64], y: &'a mut [f64]| -> () {
+    with_simd!(<T> |alpha: T, x: &'a [T], y: &'a mut [T]| -> () {
         for (y, x) in y.iter_mut().zip(x) {
-            *y += alpha * x;
+            *y += alpha * *x;
         }
     });
 }
 
 /// `y ← x + β y`.
-pub fn xpby(x: &[f64], beta: f64, y: &mut [f64]) {
+pub fn xpby<T: Real>(x: &[T], beta: T, y: &mut [T]) {
     assert_eq!(x.len(), y.len(), "xpby: lengths differ");
-    with_simd!(|x: &'a [f64], beta: f64, y: &'a mut [f64]| -> () {
+    with_simd!(<T> |x: &'a [T], beta: T, y: &'a mut [T]| -> () {
         for (y, x) in y.iter_mut().zip(x) {
-            *y = x + beta * *y;
+            *y = *x + beta * *y;
         }
     });
 }
 
 /// `z ← x + α y`.
-pub fn add_scaled(x: &[f64], alpha: f64, y: &[f64], z: &mut [f64]) {
+pub fn add_scaled<T: Real>(x: &[T], alpha: T, y: &[T], z: &mut [T]) {
     assert!(x.len() == y.len() && y.len() == z.len(), "add_scaled: lengths differ");
-    with_simd!(|x: &'a [f64], alpha: f64, y: &'a [f64], z: &'a mut [f64]| -> () {
+    with_simd!(<T> |x: &'a [T], alpha: T, y: &'a [T], z: &'a mut [T]| -> () {
         for (z, (x, y)) in z.iter_mut().zip(x.iter().zip(y)) {
-            *z = x + alpha * y;
+            *z = *x + alpha * *y;
         }
     });
 }
 
 /// One pass of a conjugate-gradient update: `x ← x + α p`, `r ← r − α q`; returns `rᵀr`, equal to [`dot`]`(r, r)`.
-pub fn step_residual(alpha: f64, p: &[f64], q: &[f64], x: &mut [f64], r: &mut [f64]) -> f64 {
+pub fn step_residual<T: Real>(alpha: T, p: &[T], q: &[T], x: &mut [T], r: &mut [T]) -> f64 {
     let n = p.len();
     assert!(q.len() == n && x.len() == n && r.len() == n, "step_residual: lengths differ");
-    with_simd!(|alpha: f64, p: &'a [f64], q: &'a [f64], x: &'a mut [f64], r: &'a mut [f64]| -> f64 {
+    with_simd!(<T> |alpha: T, p: &'a [T], q: &'a [T], x: &'a mut [T], r: &'a mut [T]| -> f64 {
         let mut sum = 0.0;
         let (p, q) = (p.chunks(CHUNK), q.chunks(CHUNK));
         let (x, r) = (x.chunks_mut(CHUNK), r.chunks_mut(CHUNK));
         for ((p, q), (x, r)) in p.zip(q).zip(x.zip(r)) {
             for (x, p) in x.iter_mut().zip(p) {
-                *x += alpha * p;
+                *x += alpha * *p;
             }
             sum += chunk_update_dot(alpha, q, r);
         }
@@ -107,9 +109,9 @@ pub fn step_residual(alpha: f64, p: &[f64], q: &[f64], x: &mut [f64], r: &mut [f
 
 /// `(xᵀy, xᵀz)` in one pass, each equal to its [`dot`].
 #[must_use]
-pub fn dot_pair(x: &[f64], y: &[f64], z: &[f64]) -> (f64, f64) {
+pub fn dot_pair<T: Real>(x: &[T], y: &[T], z: &[T]) -> (f64, f64) {
     assert!(x.len() == y.len() && y.len() == z.len(), "dot_pair: lengths differ");
-    with_simd!(|x: &'a [f64], y: &'a [f64], z: &'a [f64]| -> (f64, f64) {
+    with_simd!(<T> |x: &'a [T], y: &'a [T], z: &'a [T]| -> (f64, f64) {
         let (mut xy, mut xz) = (0.0, 0.0);
         let chunks = x.chunks(CHUNK).zip(y.chunks(CHUNK)).zip(z.chunks(CHUNK));
         for ((x, y), z) in chunks {
@@ -122,33 +124,33 @@ pub fn dot_pair(x: &[f64], y: &[f64], z: &[f64]) -> (f64, f64) {
 
 /// Index of the first entry that is NaN or infinite.
 #[must_use]
-pub fn first_not_finite(x: &[f64]) -> Option<usize> {
+pub fn first_not_finite<T: Real>(x: &[T]) -> Option<usize> {
     x.iter().position(|v| !v.is_finite())
 }
 
 /// `xᵀy` over at most one chunk.
 #[inline(always)]
-pub(crate) fn chunk_dot(x: &[f64], y: &[f64]) -> f64 {
+pub(crate) fn chunk_dot<T: Real>(x: &[T], y: &[T]) -> f64 {
     let (x, x_rest) = x.as_chunks::<LANES>();
     let (y, y_rest) = y.as_chunks::<LANES>();
-    let mut lanes = [0.0; LANES];
+    let mut lanes = [T::ZERO; LANES];
     for (x, y) in x.iter().zip(y) {
         for k in 0..LANES {
             lanes[k] += x[k] * y[k];
         }
     }
     for (lane, (x, y)) in lanes.iter_mut().zip(x_rest.iter().zip(y_rest)) {
-        *lane += x * y;
+        *lane += *x * *y;
     }
     fold(lanes)
 }
 
 /// `r ← r − α q` and `rᵀr` over at most one chunk.
 #[inline(always)]
-fn chunk_update_dot(alpha: f64, q: &[f64], r: &mut [f64]) -> f64 {
+fn chunk_update_dot<T: Real>(alpha: T, q: &[T], r: &mut [T]) -> f64 {
     let (q, q_rest) = q.as_chunks::<LANES>();
     let (r, r_rest) = r.as_chunks_mut::<LANES>();
-    let mut lanes = [0.0; LANES];
+    let mut lanes = [T::ZERO; LANES];
     for (q, r) in q.iter().zip(r) {
         for k in 0..LANES {
             r[k] -= alpha * q[k];
@@ -156,7 +158,7 @@ fn chunk_update_dot(alpha: f64, q: &[f64], r: &mut [f64]) -> f64 {
         }
     }
     for (lane, (q, r)) in lanes.iter_mut().zip(q_rest.iter().zip(r_rest)) {
-        *r -= alpha * q;
+        *r -= alpha * *q;
         *lane += *r * *r;
     }
     fold(lanes)
@@ -164,7 +166,7 @@ fn chunk_update_dot(alpha: f64, q: &[f64], r: &mut [f64]) -> f64 {
 
 /// Pairwise sum of the lanes, halves first.
 #[inline(always)]
-fn fold(mut lanes: [f64; LANES]) -> f64 {
+fn fold<T: Real>(mut lanes: [T; LANES]) -> f64 {
     let mut width = LANES / 2;
     while width > 0 {
         for k in 0..width {
@@ -172,7 +174,7 @@ fn fold(mut lanes: [f64; LANES]) -> f64 {
         }
         width /= 2;
     }
-    lanes[0]
+    lanes[0].to_f64()
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! A warm solve allocates nothing, counted by the allocator itself.
 #![allow(unsafe_code)] // implementing `GlobalAlloc` has no safe form
 
+#[path = "suite/common/mod.rs"]
 mod common;
 
 use common::energies::{Chain, Law};

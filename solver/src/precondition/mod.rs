@@ -7,10 +7,21 @@ mod restricted;
 pub use block_jacobi::BlockJacobi;
 pub use jacobi::Jacobi;
 
+use crate::real::Real;
+use crate::team::Team;
+
 /// A symmetric positive definite approximation of the inverse of `P_W A P_W` on `W`.
-pub trait Preconditioner: Sync {
+///
+/// Working memory that `apply` needs is the preconditioner's own, behind a lock, so that a warm call allocates nothing.
+pub trait Preconditioner<T: Real = f64>: Sync {
     /// Overwrites `z` with `M⁻¹ r`; `r` lies in `W`.
-    fn apply(&self, r: &[f64], z: &mut [f64]);
+    fn apply(&self, r: &[T], z: &mut [T]);
+
+    /// [`apply`](Self::apply) by all members of a team, with the same bits.
+    fn apply_on(&self, team: &Team, r: &[T], z: &mut [T]) {
+        let _ = team;
+        self.apply(r, z);
+    }
 
     /// Whether `M` is the identity, so that a solver can do without the copy.
     fn is_identity(&self) -> bool {
@@ -22,8 +33,8 @@ pub trait Preconditioner: Sync {
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Identity;
 
-impl Preconditioner for Identity {
-    fn apply(&self, r: &[f64], z: &mut [f64]) {
+impl<T: Real> Preconditioner<T> for Identity {
+    fn apply(&self, r: &[T], z: &mut [T]) {
         z.copy_from_slice(r);
     }
 

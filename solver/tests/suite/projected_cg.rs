@@ -1,8 +1,6 @@
 //! Projected conjugate gradients against dense factorisations, and their behaviour at the edges.
 
-mod common;
-
-use common::{System, dense_solution, distance, from_dense, grid, rule, system};
+use crate::common::{System, dense_solution, distance, from_dense, grid, rule, system};
 use proptest::prelude::*;
 use stylet_solver::LinearOperator;
 use stylet_solver::linear::{CgError, CgReport, CgSettings, CgWorkspace, projected_cg};

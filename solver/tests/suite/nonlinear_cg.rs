@@ -1,9 +1,7 @@
 //! Projected nonlinear conjugate gradients on energies with known minimisers.
 
-mod common;
-
-use common::energies::{Chain, Law, Rosenbrock};
-use common::{distance, grid, rule};
+use crate::common::energies::{Chain, Law, Rosenbrock};
+use crate::common::{distance, grid, rule};
 use stylet_solver::LinearOperator;
 use stylet_solver::energy::Energy;
 use stylet_solver::linear::{CgSettings, CgWorkspace, projected_cg};

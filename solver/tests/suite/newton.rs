@@ -1,9 +1,7 @@
 //! Projected Newton-CG on energies with known minimisers.
 
-mod common;
-
-use common::energies::{Chain, Law, Rosenbrock};
-use common::{distance, rule};
+use crate::common::energies::{Chain, Law, Rosenbrock};
+use crate::common::{distance, rule};
 use stylet_solver::check::{taylor_gradient, taylor_hessian};
 use stylet_solver::energy::Energy;
 use stylet_solver::nonlinear::{

@@ -1,6 +1,7 @@
 //! Problems with known answers, shared by the integration tests.
 #![allow(dead_code)] // each test file uses its part
 
+pub mod elasticity;
 pub mod energies;
 
 use faer::linalg::solvers::Solve;

@@ -1,0 +1,7 @@
+//! The solver's tests that need more than one module, in one program: linking each file by itself took longer than running it.
+
+mod common;
+
+mod newton;
+mod nonlinear_cg;
+mod projected_cg;
