@@ -24,7 +24,7 @@
 //!
 //! # Features
 //!
-//! * `rayon` (default): lets [`body::Body::set_threads`] spread forces, linearisations and products over threads. The
+//! * `rayon` (default): lets [`body::Body::set_threads`] spread forces and linearisations over threads. The
 //!   serial build gives the same bits.
 
 pub mod body;

@@ -1,91 +1,94 @@
-//! Time of one product `A x` with the 2x2 block matrix of a triangulated square, against scalar CSR of `sprs`.
+//! Time of one product `A x` with the stiffness matrix of a tetrahedral cube: dynamic and frozen, `f64` and `f32`, one thread
+//! and two, beside scalar CSR of `sprs` and the time that memory needs for the same bytes.
 //!
 //! ```text
 //! cargo run --release -p stylet-solver --example product_speed
 //! ```
 
+#[path = "../tests/suite/common/elasticity.rs"]
+mod elasticity;
+
 use std::hint::black_box;
 use std::time::Instant;
-use stylet_solver::sparse::BlockCsr;
-use stylet_solver::{LinearOperator, vector};
+use stylet_solver::LinearOperator;
+use stylet_solver::sparse::Frozen;
+use stylet_solver::team::Team;
 
-/// Blocks between the vertices of an `n x n` grid whose squares are cut along one diagonal: seven per inner vertex.
-fn grid_matrix<const B: usize>(n: usize) -> BlockCsr<B> {
-    let mut matrix = BlockCsr::new(n * n);
-    for (i, j) in (0..n * n).map(|v| (v / n, v % n)) {
-        let offsets = [(-1, -1), (-1, 0), (0, -1), (0, 0), (0, 1), (1, 0), (1, 1)];
-        let (mut cols, mut blocks) = (Vec::new(), Vec::new());
-        for (di, dj) in offsets {
-            let (k, l) = (i as isize + di, j as isize + dj);
-            let inside = 0..n as isize;
-            if inside.contains(&k) && inside.contains(&l) {
-                cols.push((k * n as isize + l) as u32);
-                let diagonal = if (di, dj) == (0, 0) { 8.0 } else { -1.0 };
-                let entry = |p: usize, q: usize| if p == q { diagonal } else { 0.1 };
-                blocks.push(std::array::from_fn(|p| std::array::from_fn(|q| entry(p, q))));
-            }
-        }
-        matrix.set_row(i * n + j, &cols, &blocks).expect("a row of the grid");
-    }
-    matrix
-}
-
-/// Shortest time of one call, in seconds, over batches of at least a millisecond.
+/// Median time of one call, in seconds, over batches of at least a millisecond.
 fn seconds(mut f: impl FnMut()) -> f64 {
     let start = Instant::now();
-    f();
-    let per_batch = (1e-3 / start.elapsed().as_secs_f64().max(1e-7)).ceil() as usize;
-    let batch = |f: &mut dyn FnMut()| {
-        let start = Instant::now();
-        for _ in 0..per_batch {
-            f();
-        }
-        start.elapsed().as_secs_f64() / per_batch as f64
-    };
-    (0..100).map(|_| batch(&mut f)).fold(f64::INFINITY, f64::min)
+    (0..3).for_each(|_| f());
+    let per_batch = (3e-3 / start.elapsed().as_secs_f64().max(1e-7)).ceil() as usize;
+    let mut times: Vec<f64> = (0..60)
+        .map(|_| {
+            let start = Instant::now();
+            (0..per_batch).for_each(|_| f());
+            start.elapsed().as_secs_f64() / per_batch as f64
+        })
+        .collect();
+    times.sort_by(f64::total_cmp);
+    times[times.len() / 2]
 }
 
-fn measure<const B: usize>(n: usize) {
-    let mut matrix = grid_matrix::<B>(n);
-    let x: Vec<f64> = (0..matrix.dim()).map(|k| (k % 17) as f64).collect();
-    let mut y = vec![0.0; x.len()];
-    let blocks = matrix.n_blocks() as f64;
-
-    let apply = seconds(|| matrix.apply(black_box(&x), &mut y));
-    let fused = seconds(|| {
-        black_box(matrix.apply_dot(black_box(&x), &mut y));
+/// Bytes per second of `a ← b + s c` on arrays that hold `bytes` together.
+fn triad(team: &Team, bytes: usize) -> f64 {
+    let n = bytes / 24;
+    let (b, c, mut a) = (vec![1.0f64; n], vec![2.0f64; n], vec![0.0f64; n]);
+    let cut = n / team.size();
+    let time = seconds(|| {
+        let mut parts: Vec<&mut [f64]> = a.chunks_mut(cut.max(1)).collect();
+        team.each(&mut parts, |k, a| {
+            let from = k * cut;
+            for ((a, b), c) in a.iter_mut().zip(&b[from..]).zip(&c[from..]) {
+                *a = b + 3.0 * c;
+            }
+        });
+        black_box(&a);
     });
-    let dot = seconds(|| {
-        black_box(vector::dot(black_box(&x), &y));
-    });
-    matrix.set_threads(2);
-    let two = seconds(|| matrix.apply(black_box(&x), &mut y));
-
-    let (indptr, indices, values) = matrix.to_scalar_csr();
-    let scalar = sprs::CsMat::new((x.len(), x.len()), indptr, indices, values);
-    let sprs = seconds(|| {
-        y.fill(0.0);
-        sprs::prod::mul_acc_mat_vec_csr(scalar.view(), black_box(&x[..]), &mut y[..]);
-    });
-    println!(
-        "B={B} rows={:6} blocks={blocks:7}  apply {:8.2} us ({:5.2} ns/block)  apply_dot {:8.2}  dot {:6.2}  \
-         two threads {:8.2}  sprs {:8.2} us  ratio {:5.2}",
-        matrix.n_rows(),
-        apply * 1e6,
-        apply / blocks * 1e9,
-        fused * 1e6,
-        dot * 1e6,
-        two * 1e6,
-        sprs * 1e6,
-        sprs / apply
-    );
+    (24 * n) as f64 / time
 }
 
 fn main() {
-    for n in [17, 33, 65, 129, 257] {
-        measure::<2>(n);
-    }
-    for n in [17, 65, 129] {
-        measure::<3>(n);
+    for cells in [13, 36] {
+        let system = elasticity::cube(cells, 0.34);
+        let a = &system.a;
+        let x: Vec<f64> = (0..a.dim()).map(|k| (k % 17) as f64).collect();
+        let x32: Vec<f32> = x.iter().map(|&v| v as f32).collect();
+        let (mut y, mut y32) = (vec![0.0; x.len()], vec![0.0f32; x.len()]);
+        let (frozen, frozen32) = (Frozen::<3>::new(a), Frozen::<3, f32>::new(a));
+        println!(
+            "{} rows, {} blocks, {} streamed, {:.2} MB in f64, {:.2} MB in f32",
+            a.n_rows(),
+            a.n_blocks(),
+            frozen.streamed_blocks(),
+            frozen.bytes_moved() as f64 * 1e-6,
+            frozen32.bytes_moved() as f64 * 1e-6
+        );
+        for threads in [1, 2] {
+            let team = Team::new(threads);
+            let us = |time: f64| 1e6 * time;
+            let dynamic = us(seconds(|| a.apply_on(&team, black_box(&x), &mut y)));
+            let f64s = us(seconds(|| frozen.apply_on(&team, black_box(&x), &mut y)));
+            let f32s = us(seconds(|| frozen32.apply_on(&team, black_box(&x32), &mut y32)));
+            let fused = us(seconds(|| _ = black_box(frozen.apply_dot_on(&team, black_box(&x), &mut y))));
+            let (limit, limit32) = (
+                1e6 * frozen.bytes_moved() as f64 / triad(&team, frozen.bytes_moved()),
+                1e6 * frozen32.bytes_moved() as f64 / triad(&team, frozen32.bytes_moved()),
+            );
+            println!(
+                "  {threads} threads, us: dynamic {dynamic:8.1}  f64 {f64s:8.1} = {:.2} of memory time {limit:8.1}  with dot {fused:8.1}  \
+                 f32 {f32s:8.1} = {:.2} of f64, {:.2} of memory time",
+                f64s / limit,
+                f32s / f64s,
+                f32s / limit32
+            );
+        }
+        let (indptr, indices, values) = a.to_scalar_csr();
+        let scalar = sprs::CsMat::new((x.len(), x.len()), indptr, indices, values);
+        let sprs = seconds(|| {
+            y.fill(0.0);
+            sprs::prod::mul_acc_mat_vec_csr(scalar.view(), black_box(&x[..]), &mut y[..]);
+        });
+        println!("  sprs {:.1} us", 1e6 * sprs);
     }
 }

@@ -11,6 +11,8 @@ pub enum Stop {
     IterationLimit,
     /// Rounding errors keep the residual above the rule; the best iterate is kept.
     Stalled,
+    /// The caller had seen enough.
+    Abandoned,
 }
 
 /// Which forces the residual is compared with.

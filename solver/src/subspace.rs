@@ -5,6 +5,7 @@
 //! Source: Nienhuys, *Cutting in deformable objects*, PhD thesis, Utrecht (2003), section 6.6; the per-node filter is that
 //! of Baraff & Witkin, *Large steps in cloth simulation*, SIGGRAPH 1998.
 
+use crate::real::Real;
 use serde::{Deserialize, Serialize};
 
 /// How far the length of a given direction may be from one before it is refused.
@@ -185,6 +186,20 @@ impl<const B: usize> Subspace<B> {
         let v = self.nodal_mut(v);
         for (node, constraint) in self.constrained() {
             v[node] = constraint.project(v[node]);
+        }
+    }
+
+    /// `v ← P_W v` for the part of a vector that begins with entry `first`, made of whole nodes.
+    pub(crate) fn project_part<T: Real>(&self, first: usize, v: &mut [T]) {
+        let nodes = first / B..(first + v.len()) / B;
+        let v = v.as_chunks_mut::<B>().0;
+        let from = self.nodes.partition_point(|&node| node < nodes.start);
+        for (&node, constraint) in self.nodes[from..].iter().zip(&self.constraints[from..]) {
+            if node >= nodes.end {
+                return;
+            }
+            let v = &mut v[node - nodes.start];
+            *v = constraint.project(v.map(T::to_f64)).map(T::from_f64);
         }
     }
 

@@ -1,7 +1,8 @@
 //! Vector kernels whose sums have a fixed shape.
 //!
 //! A sum runs over chunks of [`CHUNK`] entries; inside a chunk sixteen lanes accumulate independently, in the format of the
-//! vector, and are folded pairwise; the chunk sums are added in order, in `f64`. That shape depends on the length alone, so the result has the same
+//! vector, and are folded pairwise; the chunk sums are added in order, in `f64`. Long vectors are cut into at most 64 groups
+//! of chunks, whose sums are added in order too, so that threads can work out groups apart. That shape depends on the length alone, so the result has the same
 //! bits on any number of threads and at any SIMD level. No fused multiply-add is used, for the same reason.
 //!
 //! # Panics
@@ -10,7 +11,6 @@
 //! of its data.
 
 use crate::real::Real;
-use pulp::{Arch, NullaryFnOnce};
 
 /// Entries per chunk: enough to hide the cost of folding its lanes, few enough to share 7,000 entries among threads evenly;
 /// blocks of 1, 2, 3, 4, 6 or 8 entries divide it.
@@ -18,15 +18,18 @@ pub const CHUNK: usize = 384;
 
 const LANES: usize = 16;
 
+/// A sum has at most this many groups.
+const GROUPS: usize = 64;
+
 /// Runs a block with the instructions that the processor has. The block becomes a named type: a closure that occurs in
 /// several places was not inlined into the function that enables those instructions, and lost them.
 macro_rules! with_simd {
-    (<$real:ident> |$($name:ident: $type:ty),*| -> $output:ty $body:block) => {{
-        struct Kernel<'a, $real: Real> {
+    (<$real:ident $(, $size:ident)?> |$($name:ident: $type:ty),* $(,)?| -> $output:ty $body:block) => {{
+        struct Kernel<'a, $real: $crate::real::Real $(, const $size: usize)?> {
             $($name: $type,)*
             lifetime: std::marker::PhantomData<&'a $real>,
         }
-        impl<'a, $real: Real> NullaryFnOnce for Kernel<'a, $real> {
+        impl<'a, $real: $crate::real::Real $(, const $size: usize)?> pulp::NullaryFnOnce for Kernel<'a, $real $(, $size)?> {
             type Output = $output;
 
             #[inline(always)]
@@ -35,22 +38,54 @@ macro_rules! with_simd {
                 $body
             }
         }
-        Arch::new().dispatch(Kernel::<$real> { $($name,)* lifetime: std::marker::PhantomData })
+        pulp::Arch::new().dispatch(Kernel::<$real $(, $size)?> { $($name,)* lifetime: std::marker::PhantomData })
     }};
+}
+
+/// Entries of each group of a vector of `len` entries; a multiple of [`CHUNK`].
+pub(crate) fn group_len(len: usize) -> usize {
+    len.div_ceil(CHUNK * GROUPS).max(1) * CHUNK
+}
+
+/// The sums of the groups of one vector, to be added up in order.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sums([f64; GROUPS]);
+
+impl Sums {
+    pub fn new() -> Self {
+        Self([0.0; GROUPS])
+    }
+
+    /// All groups, for writing.
+    pub fn groups(&mut self) -> &mut [f64] {
+        &mut self.0
+    }
+
+    /// The sum over a vector of `len` entries.
+    pub fn total(&self, len: usize) -> f64 {
+        self.0[..len.div_ceil(group_len(len))].iter().fold(0.0, |total, sum| total + sum)
+    }
 }
 
 /// `xᵀy`.
 #[must_use]
 pub fn dot<T: Real>(x: &[T], y: &[T]) -> f64 {
     assert_eq!(x.len(), y.len(), "dot: lengths differ");
-    with_simd!(<T> |x: &'a [T], y: &'a [T]| -> f64 {
-        let chunks = x.chunks(CHUNK).zip(y.chunks(CHUNK));
-        let mut sum = 0.0;
-        for (x, y) in chunks {
-            sum += chunk_dot(x, y);
+    let mut sums = Sums::new();
+    dot_groups(group_len(x.len()), x, y, sums.groups());
+    sums.total(x.len())
+}
+
+/// The sums of `xᵀy` by group: `x` and `y` begin with a group.
+pub(crate) fn dot_groups<T: Real>(group: usize, x: &[T], y: &[T], sums: &mut [f64]) {
+    with_simd!(<T> |group: usize, x: &'a [T], y: &'a [T], sums: &'a mut [f64]| -> () {
+        for ((x, y), sum) in x.chunks(group).zip(y.chunks(group)).zip(sums) {
+            *sum = 0.0;
+            for (x, y) in x.chunks(CHUNK).zip(y.chunks(CHUNK)) {
+                *sum += chunk_dot(x, y);
+            }
         }
-        sum
-    })
+    });
 }
 
 /// `‖x‖₂`, the square root of [`dot`]`(x, x)`: infinite once a square overflows, i.e. for entries above 1e154.
@@ -93,33 +128,45 @@ pub fn add_scaled<T: Real>(x: &[T], alpha: T, y: &[T], z: &mut [T]) {
 pub fn step_residual<T: Real>(alpha: T, p: &[T], q: &[T], x: &mut [T], r: &mut [T]) -> f64 {
     let n = p.len();
     assert!(q.len() == n && x.len() == n && r.len() == n, "step_residual: lengths differ");
-    with_simd!(<T> |alpha: T, p: &'a [T], q: &'a [T], x: &'a mut [T], r: &'a mut [T]| -> f64 {
-        let mut sum = 0.0;
-        let (p, q) = (p.chunks(CHUNK), q.chunks(CHUNK));
-        let (x, r) = (x.chunks_mut(CHUNK), r.chunks_mut(CHUNK));
-        for ((p, q), (x, r)) in p.zip(q).zip(x.zip(r)) {
-            for (x, p) in x.iter_mut().zip(p) {
-                *x += alpha * *p;
-            }
-            sum += chunk_update_dot(alpha, q, r);
+    let mut sums = Sums::new();
+    step_residual_groups(group_len(n), alpha, p, q, x, r, sums.groups());
+    sums.total(n)
+}
+
+/// [`step_residual`] of a part that begins with a group; leaves the sums of its groups.
+pub(crate) fn step_residual_groups<T: Real>(
+    group: usize,
+    alpha: T,
+    p: &[T],
+    q: &[T],
+    x: &mut [T],
+    r: &mut [T],
+    sums: &mut [f64],
+) {
+    with_simd!(<T> |group: usize, alpha: T, p: &'a [T], q: &'a [T], x: &'a mut [T], r: &'a mut [T], sums: &'a mut [f64]| -> () {
+        for (x, p) in x.iter_mut().zip(p) {
+            *x += alpha * *p;
         }
-        sum
-    })
+        for ((q, r), sum) in q.chunks(group).zip(r.chunks_mut(group)).zip(sums) {
+            *sum = 0.0;
+            for (q, r) in q.chunks(CHUNK).zip(r.chunks_mut(CHUNK)) {
+                *sum += chunk_update_dot(alpha, q, r);
+            }
+        }
+    });
 }
 
 /// `(xᵀy, xᵀz)` in one pass, each equal to its [`dot`].
 #[must_use]
 pub fn dot_pair<T: Real>(x: &[T], y: &[T], z: &[T]) -> (f64, f64) {
     assert!(x.len() == y.len() && y.len() == z.len(), "dot_pair: lengths differ");
-    with_simd!(<T> |x: &'a [T], y: &'a [T], z: &'a [T]| -> (f64, f64) {
-        let (mut xy, mut xz) = (0.0, 0.0);
-        let chunks = x.chunks(CHUNK).zip(y.chunks(CHUNK)).zip(z.chunks(CHUNK));
-        for ((x, y), z) in chunks {
-            xy += chunk_dot(x, y);
-            xz += chunk_dot(x, z);
-        }
-        (xy, xz)
-    })
+    let group = group_len(x.len());
+    let (mut xy, mut xz) = (Sums::new(), Sums::new());
+    for (k, ((x, y), z)) in x.chunks(group).zip(y.chunks(group)).zip(z.chunks(group)).enumerate() {
+        dot_groups(group, x, y, &mut xy.groups()[k..=k]);
+        dot_groups(group, x, z, &mut xz.groups()[k..=k]);
+    }
+    (xy.total(x.len()), xz.total(x.len()))
 }
 
 /// Index of the first entry that is NaN or infinite.
@@ -183,14 +230,20 @@ mod tests {
     use proptest::prelude::*;
 
     fn pair() -> impl Strategy<Value = (Vec<f64>, Vec<f64>)> {
-        (0usize..4000)
+        prop_oneof![0usize..4000, Just(64 * CHUNK), 64 * CHUNK + 1..70 * CHUNK]
             .prop_flat_map(|n| (proptest::collection::vec(-1e3..1e3, n), proptest::collection::vec(-1e3..1e3, n)))
     }
 
     /// Sum of the chunk sums with the lanes written out one by one: the shape that the module promises.
     fn dot_by_definition(x: &[f64], y: &[f64]) -> f64 {
+        let group = CHUNK * x.len().div_ceil(CHUNK).div_ceil(64).max(1);
         let mut sum = 0.0;
+        let mut group_sum = 0.0;
         for start in (0..x.len()).step_by(CHUNK) {
+            if start % group == 0 {
+                sum += group_sum;
+                group_sum = 0.0;
+            }
             let end = (start + CHUNK).min(x.len());
             let mut lanes = [0.0; LANES];
             for k in start..end {
@@ -198,9 +251,9 @@ mod tests {
             }
             let a: Vec<f64> = (0..8).map(|k| lanes[k] + lanes[k + 8]).collect();
             let b: Vec<f64> = (0..4).map(|k| a[k] + a[k + 4]).collect();
-            sum += (b[0] + b[2]) + (b[1] + b[3]);
+            group_sum += (b[0] + b[2]) + (b[1] + b[3]);
         }
-        sum
+        sum + group_sum
     }
 
     proptest! {

@@ -290,10 +290,9 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
         self.elements_linearized
     }
 
-    /// Number of threads for products, forces and linearisations; the bits do not depend on it. Small bodies stay on one.
+    /// Number of threads for forces and linearisations; the bits do not depend on it. Small bodies stay on one.
     pub fn set_threads(&mut self, threads: usize) {
         self.threads = threads.max(1);
-        self.stiffness.set_threads(self.threads);
     }
 
     /// From now on a linearisation re-evaluates only the elements with `|F - F0| > threshold |F0|` (Frobenius norms),

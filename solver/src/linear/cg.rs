@@ -1,9 +1,11 @@
 //! Projected conjugate gradients.
 
+use super::passes::{self, Vectors};
 use crate::LinearOperator;
 use crate::precondition::Preconditioner;
 use crate::stop::{Stop, StopRule, StopRuleError};
 use crate::subspace::Subspace;
+use crate::team::Team;
 use crate::vector::{self, dot, first_not_finite, norm2};
 
 /// Below this tolerance the residual of the recurrence is not taken at its word.
@@ -88,9 +90,24 @@ pub enum CgError {
     },
 }
 
+impl CgError {
+    /// The same error of a solve that was part of a longer one, `iterations` of which came before.
+    pub(super) fn later_by(mut self, iterations: usize) -> Self {
+        match &mut self {
+            Self::NotFinite { iteration, .. }
+            | Self::Overflow { iteration, .. }
+            | Self::NotPositiveDefinite { iteration, .. }
+            | Self::PreconditionerNotPositive { iteration, .. } => *iteration += iterations,
+            Self::Shape { .. } | Self::StopRule(_) => {}
+        }
+        self
+    }
+}
+
 /// Vectors of a solve; sized by the first one, so that a second one of the same size allocates nothing.
 #[derive(Clone, Debug, Default)]
 pub struct CgWorkspace {
+    team: Team,
     r: Vec<f64>,
     p: Vec<f64>,
     q: Vec<f64>,
@@ -108,6 +125,12 @@ impl CgWorkspace {
         Self::default()
     }
 
+    /// An empty workspace whose solves are shared by a team; the bits do not depend on it.
+    #[must_use]
+    pub fn on(team: &Team) -> Self {
+        Self { team: team.clone(), ..Self::default() }
+    }
+
     /// `b − A x` of the last solve that returned a report, unprojected: at a constrained node its complement is the
     /// negative of the force that holds the node.
     #[must_use]
@@ -123,6 +146,28 @@ impl CgWorkspace {
         self.reaction.resize(constrained, 0.0);
         self.q_reaction.resize(constrained, 0.0);
     }
+}
+
+/// Where a solve stands when a [`Check`] is called.
+#[derive(Clone, Copy, Debug)]
+pub struct Checkpoint<'a> {
+    /// The iterate.
+    pub x: &'a [f64],
+    /// Iterations so far.
+    pub iterations: usize,
+    /// `‖P_W (b − A x)‖₂`.
+    pub residual_norm: f64,
+    /// `(I − P_W)(b − A x)` of the constrained nodes, in the order of [`Subspace::constrained`].
+    pub reaction: &'a [f64],
+}
+
+/// A look at the iterate on the way, when it has first met a looser tolerance: a caller that tries one configuration after
+/// another sees early that this one will not do, and loses nothing if it does.
+pub struct Check<'a> {
+    /// The looser tolerance, in place of that of the stopping rule.
+    pub tolerance: f64,
+    /// Whether to go on. If not, the solve ends as [`Stop::Abandoned`].
+    pub goes_on: &'a mut dyn FnMut(Checkpoint) -> bool,
 }
 
 /// Minimises `½ xᵀA x − bᵀx` over the moves `x + W` by preconditioned conjugate gradients.
@@ -149,13 +194,34 @@ pub fn projected_cg<const B: usize>(
     settings: &CgSettings,
     ws: &mut CgWorkspace,
 ) -> Result<CgReport, CgError> {
+    projected_cg_with_check(a, m, w, b, x, settings, None, ws)
+}
+
+/// [`projected_cg`] with a look at the iterate on the way.
+///
+/// # Errors
+/// See [`CgError`].
+#[expect(clippy::too_many_arguments, reason = "those of `projected_cg` and one more")]
+pub fn projected_cg_with_check<const B: usize>(
+    a: &(impl LinearOperator + ?Sized),
+    m: &(impl Preconditioner + ?Sized),
+    w: &Subspace<B>,
+    b: &[f64],
+    x: &mut [f64],
+    settings: &CgSettings,
+    check: Option<Check>,
+    ws: &mut CgWorkspace,
+) -> Result<CgReport, CgError> {
     let solve = Solve::new(a, m, w, b, settings)?;
+    if let Some(check) = &check {
+        StopRule { tolerance: check.tolerance, ..settings.stop }.validate()?;
+    }
     if x.len() != b.len() {
         let (dim, len) = (b.len(), x.len());
         return Err(CgError::Shape { what: "x", dim, len });
     }
     ws.resize(b.len(), B * w.n_constrained(), !m.is_identity());
-    let report = solve.run(x, ws)?;
+    let report = solve.run(x, check, ws)?;
     w.add_complement(&ws.reaction, &mut ws.r);
     Ok(report)
 }
@@ -192,7 +258,7 @@ impl<'a, const B: usize, A: LinearOperator + ?Sized, M: Preconditioner + ?Sized>
         Ok(Self { a, m, w, b, external_norm, settings })
     }
 
-    fn run(&self, x: &mut [f64], ws: &mut CgWorkspace) -> Result<CgReport, CgError> {
+    fn run(&self, x: &mut [f64], mut check: Option<Check>, ws: &mut CgWorkspace) -> Result<CgReport, CgError> {
         let mut now = self.evaluate(x, ws, 0)?;
         let mut products = 1;
         let mut evaluated = now; // the last residual that was evaluated, not recurred
@@ -209,6 +275,9 @@ impl<'a, const B: usize, A: LinearOperator + ?Sized, M: Preconditioner + ?Sized>
         if now.residual <= now.threshold {
             return Ok(report(Stop::Converged, 0, products, now));
         }
+        if !self.goes_on(&mut check, x, now, 0, ws) {
+            return Ok(report(Stop::Abandoned, 0, products, now));
+        }
         if verify {
             ws.best.copy_from_slice(x);
         }
@@ -221,7 +290,7 @@ impl<'a, const B: usize, A: LinearOperator + ?Sized, M: Preconditioner + ?Sized>
                 p.copy_from_slice(self.preconditioned(r, z));
                 restart = false;
             }
-            let curvature = self.a.apply_dot(&ws.p, &mut ws.q);
+            let curvature = self.a.apply_dot_on(&ws.team, &ws.p, &mut ws.q);
             products += 1;
             if !(curvature > 0.0 && curvature.is_finite()) {
                 finite(curvature, "A p", &ws.q, iteration)?;
@@ -235,7 +304,10 @@ impl<'a, const B: usize, A: LinearOperator + ?Sized, M: Preconditioner + ?Sized>
             // Step: x, the projected residual and the reactions.
             let alpha = rz / curvature;
             self.w.split(&mut ws.q, &mut ws.q_reaction);
-            let rr = vector::step_residual(alpha, &ws.p, &ws.q, x, &mut ws.r);
+            let CgWorkspace { team, r, p, q, z, .. } = &mut *ws;
+            let rz_before = rz;
+            let (rr, next_rz) = passes::step(team, self.m, self.w, alpha, p, q, Vectors { x, r, z });
+            rz = next_rz;
             vector::axpy(-alpha, &ws.q_reaction, &mut ws.reaction);
             now = self.measure(rr, ws, iteration)?;
 
@@ -263,21 +335,39 @@ impl<'a, const B: usize, A: LinearOperator + ?Sized, M: Preconditioner + ?Sized>
                 restart = true;
             }
 
-            // Next direction.
-            let rz_before = rz;
-            rz = self.precondition(ws, iteration)?;
-            if !restart {
-                let CgWorkspace { r, p, z, .. } = &mut *ws;
-                vector::xpby(self.preconditioned(r, z), rz / rz_before, p);
+            if !self.goes_on(&mut check, x, now, iteration, ws) {
+                return Ok(report(Stop::Abandoned, iteration, products, now));
             }
+
+            // Next direction.
+            if restart {
+                rz = self.precondition(ws, iteration)?;
+                continue;
+            }
+            self.check_precondition(rz, ws, iteration)?;
+            let CgWorkspace { team, r, p, z, .. } = &mut *ws;
+            team.xpby(self.preconditioned(r, z), rz / rz_before, p);
         }
         Ok(report(Stop::IterationLimit, self.settings.max_iterations, products, now))
     }
 
+    /// Lets the caller look, once, when the residual meets the looser tolerance.
+    fn goes_on(&self, check: &mut Option<Check>, x: &[f64], now: Measure, iterations: usize, ws: &CgWorkspace) -> bool {
+        let Some(due) = check else { return true };
+        let rule = StopRule { tolerance: due.tolerance, ..self.settings.stop };
+        if now.residual > rule.threshold(self.external_norm, now.reaction) {
+            return true;
+        }
+        let point = Checkpoint { x, iterations, residual_norm: now.residual, reaction: &ws.reaction };
+        let goes_on = (due.goes_on)(point);
+        *check = None;
+        goes_on
+    }
+
     /// `r ← P_W (b − A x)` and the reactions, from scratch.
     fn evaluate(&self, x: &[f64], ws: &mut CgWorkspace, iteration: usize) -> Result<Measure, CgError> {
-        self.a.apply(x, &mut ws.r);
-        vector::xpby(self.b, -1.0, &mut ws.r);
+        self.a.apply_on(&ws.team, x, &mut ws.r);
+        ws.team.xpby(self.b, -1.0, &mut ws.r);
         self.w.split(&mut ws.r, &mut ws.reaction);
         let rr = dot(&ws.r, &ws.r);
         if !rr.is_finite()
@@ -304,14 +394,20 @@ impl<'a, const B: usize, A: LinearOperator + ?Sized, M: Preconditioner + ?Sized>
         if self.m.is_identity() {
             return Ok(dot(&ws.r, &ws.r));
         }
-        self.m.apply(&ws.r, &mut ws.z);
-        self.w.project(&mut ws.z);
-        let value = dot(&ws.r, &ws.z);
+        let value = passes::precondition(&ws.team, self.m, self.w, &ws.r, &mut ws.z);
+        self.check_precondition(value, ws, iteration)?;
+        Ok(value)
+    }
+
+    fn check_precondition(&self, value: f64, ws: &CgWorkspace, iteration: usize) -> Result<(), CgError> {
+        if self.m.is_identity() {
+            return Ok(());
+        }
         finite(value, "M⁻¹ r", &ws.z, iteration)?;
         if value < 0.0 || (value == 0.0 && dot(&ws.r, &ws.r) > f64::MIN_POSITIVE / f64::EPSILON) {
             return Err(CgError::PreconditionerNotPositive { iteration, value });
         }
-        Ok(value)
+        Ok(())
     }
 
     /// `M⁻¹ r` as [`precondition`](Self::precondition) left it.
@@ -321,7 +417,7 @@ impl<'a, const B: usize, A: LinearOperator + ?Sized, M: Preconditioner + ?Sized>
 }
 
 /// Names the entry that spoilt a sum.
-fn finite(sum: f64, what: &'static str, v: &[f64], iteration: usize) -> Result<(), CgError> {
+pub(super) fn finite(sum: f64, what: &'static str, v: &[f64], iteration: usize) -> Result<(), CgError> {
     if sum.is_finite() {
         return Ok(());
     }

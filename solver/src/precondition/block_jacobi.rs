@@ -1,16 +1,17 @@
 //! Block Jacobi.
 
 use super::restricted::{check_node, check_shape, restricted_inverse};
-use super::{Preconditioner, PreconditionerError};
+use super::{PreconditionRows, Preconditioner, PreconditionerError};
 use crate::Block;
+use crate::real::Real;
 use crate::sparse::BlockCsr;
 use crate::subspace::Subspace;
 use pulp::Arch;
 
 /// Inverts the diagonal block of every node on the moves that its constraint allows: `T (Tᵀ D T)⁻¹ Tᵀ`.
 #[derive(Clone, Debug, Default)]
-pub struct BlockJacobi<const B: usize> {
-    inverses: Vec<Block<B>>,
+pub struct BlockJacobi<const B: usize, T: Real = f64> {
+    inverses: Vec<Block<B, T>>,
 }
 
 impl<const B: usize> BlockJacobi<B> {
@@ -23,11 +24,25 @@ impl<const B: usize> BlockJacobi<B> {
         this.rebuild(matrix, subspace)?;
         Ok(this)
     }
+}
 
-    /// As [`new`](Self::new), in the memory at hand.
+impl<const B: usize> BlockJacobi<B, f32> {
+    /// [`new`](BlockJacobi::new) for vectors in `f32`; the inverses are worked out in `f64`.
     ///
     /// # Errors
-    /// As [`new`](Self::new); the preconditioner is then of no use until a rebuild succeeds.
+    /// As [`new`](BlockJacobi::new).
+    pub fn in_single_precision(matrix: &BlockCsr<B>, subspace: &Subspace<B>) -> Result<Self, PreconditionerError> {
+        let mut this = Self::default();
+        this.rebuild(matrix, subspace)?;
+        Ok(this)
+    }
+}
+
+impl<const B: usize, T: Real> BlockJacobi<B, T> {
+    /// Builds it anew, in the memory at hand.
+    ///
+    /// # Errors
+    /// As [`new`](BlockJacobi::new); the preconditioner is then of no use until a rebuild succeeds.
     pub fn rebuild(&mut self, matrix: &BlockCsr<B>, subspace: &Subspace<B>) -> Result<(), PreconditionerError> {
         self.update_nodes(matrix, subspace, 0..matrix.n_rows())
     }
@@ -44,11 +59,12 @@ impl<const B: usize> BlockJacobi<B> {
         nodes: impl IntoIterator<Item = usize>,
     ) -> Result<(), PreconditionerError> {
         check_shape(matrix, subspace)?;
-        self.inverses.resize(matrix.n_rows(), [[0.0; B]; B]);
+        self.inverses.resize(matrix.n_rows(), [[T::ZERO; B]; B]);
         for node in nodes {
             check_node(subspace, node)?;
-            self.inverses[node] = restricted_inverse(&matrix.diagonal(node), &subspace.get(node))
+            let inverse = restricted_inverse(&matrix.diagonal(node), &subspace.get(node))
                 .map_err(|pivot| PreconditionerError::NotPositive { row: node, pivot })?;
+            self.inverses[node] = inverse.map(|row| row.map(T::from_f64));
         }
         Ok(())
     }
@@ -71,22 +87,33 @@ impl<const B: usize> BlockJacobi<B> {
     /// # Panics
     /// If there is no such node.
     #[must_use]
-    pub fn inverse(&self, node: usize) -> &Block<B> {
+    pub fn inverse(&self, node: usize) -> &Block<B, T> {
         &self.inverses[node]
     }
 }
 
-impl<const B: usize> Preconditioner for BlockJacobi<B> {
+impl<const B: usize, T: Real> Preconditioner<T> for BlockJacobi<B, T> {
     /// # Panics
     /// If a vector does not have the length of the matrix.
-    fn apply(&self, r: &[f64], z: &mut [f64]) {
+    fn apply(&self, r: &[T], z: &mut [T]) {
         let n = self.inverses.len() * B;
         assert!(r.len() == n && z.len() == n, "block Jacobi of {n} rows");
+        self.apply_rows(0, r, z);
+    }
+
+    fn by_rows(&self) -> Option<&dyn PreconditionRows<T>> {
+        Some(self)
+    }
+}
+
+impl<const B: usize, T: Real> PreconditionRows<T> for BlockJacobi<B, T> {
+    fn apply_rows(&self, first: usize, r: &[T], z: &mut [T]) {
+        let inverses = &self.inverses[first / B..];
         let (r, z) = (r.as_chunks::<B>().0, z.as_chunks_mut::<B>().0);
         Arch::new().dispatch(
             #[inline(always)]
             || {
-                for ((inverse, r), z) in self.inverses.iter().zip(r).zip(z) {
+                for ((inverse, r), z) in inverses.iter().zip(r).zip(z) {
                     for i in 0..B {
                         z[i] = (1..B).fold(inverse[i][0] * r[0], |sum, j| sum + inverse[i][j] * r[j]);
                     }

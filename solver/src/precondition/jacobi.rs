@@ -1,7 +1,7 @@
 //! Jacobi, i.e. diagonal scaling.
 
 use super::restricted::{check_node, check_shape, restricted_inverse};
-use super::{Preconditioner, PreconditionerError};
+use super::{PreconditionRows, Preconditioner, PreconditionerError};
 use crate::Block;
 use crate::sparse::BlockCsr;
 use crate::subspace::{Constraint, Subspace};
@@ -97,16 +97,27 @@ impl<const B: usize> Preconditioner for Jacobi<B> {
     /// # Panics
     /// If a vector does not have the length of the matrix.
     fn apply(&self, r: &[f64], z: &mut [f64]) {
-        let inverses = self.inverses.as_flattened();
-        let n = inverses.len();
+        let n = self.inverses.len() * B;
         assert!(r.len() == n && z.len() == n, "Jacobi of {n} rows");
-        for ((z, r), inverse) in z.iter_mut().zip(r).zip(inverses) {
+        self.apply_rows(0, r, z);
+    }
+
+    fn by_rows(&self) -> Option<&dyn PreconditionRows> {
+        Some(self)
+    }
+}
+
+impl<const B: usize> PreconditionRows for Jacobi<B> {
+    fn apply_rows(&self, first: usize, r: &[f64], z: &mut [f64]) {
+        for ((z, r), inverse) in z.iter_mut().zip(r).zip(&self.inverses.as_flattened()[first..]) {
             *z = inverse * r;
         }
+        let nodes = first / B..(first + r.len()) / B;
         let (r, z) = (r.as_chunks::<B>().0, z.as_chunks_mut::<B>().0);
-        for (node, inverse) in &self.constrained {
-            let r = r[*node];
-            z[*node] = inverse.map(|row| row.iter().zip(&r).map(|(a, r)| a * r).sum());
+        let from = self.constrained.partition_point(|(node, _)| *node < nodes.start);
+        for (node, inverse) in self.constrained[from..].iter().take_while(|(node, _)| *node < nodes.end) {
+            let r = r[node - nodes.start];
+            z[node - nodes.start] = inverse.map(|row| row.iter().zip(&r).map(|(a, r)| a * r).sum());
         }
     }
 }

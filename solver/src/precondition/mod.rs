@@ -23,10 +23,23 @@ pub trait Preconditioner<T: Real = f64>: Sync {
         self.apply(r, z);
     }
 
+    /// The preconditioner as one that works block row by block row, if it does: its work is then done in the same pass as
+    /// the update of the residual.
+    fn by_rows(&self) -> Option<&dyn PreconditionRows<T>> {
+        None
+    }
+
     /// Whether `M` is the identity, so that a solver can do without the copy.
     fn is_identity(&self) -> bool {
         false
     }
+}
+
+/// A preconditioner whose rows do not mix.
+pub trait PreconditionRows<T: Real = f64>: Sync {
+    /// Overwrites `z` with the entries of `M⁻¹ r` from entry `first` on, as many as `r` and `z` have; a part is made of whole
+    /// blocks.
+    fn apply_rows(&self, first: usize, r: &[T], z: &mut [T]);
 }
 
 /// No preconditioning.

@@ -1,8 +1,5 @@
 //! Slots for rows of varying length in one growing array, with a free list per slot size.
 
-/// Slot sizes are multiples of this.
-const GRAIN: usize = 4;
-
 /// Where a row lives: `len` of the `capacity` places from `start` on are in use.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Slot {
@@ -19,16 +16,16 @@ impl Slot {
     }
 }
 
-/// Hands out slots of an array of `end` places. Freed slots are handed out again, last in first out, to rows of the same
+/// Hands out slots of an array of `end` places, in sizes that are multiples of `GRAIN`. Freed slots are handed out again, last in first out, to rows of the same
 /// slot size.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Arena {
+pub(super) struct Arena<const GRAIN: usize> {
     end: usize,
     /// `free[k]`: starts of the unused slots of capacity `(k + 1) * GRAIN`.
     free: Vec<Vec<u32>>,
 }
 
-impl Arena {
+impl<const GRAIN: usize> Arena<GRAIN> {
     /// Number of places handed out so far, used or not: the length the arrays must have.
     pub fn end(&self) -> usize {
         self.end
@@ -72,7 +69,7 @@ mod tests {
 
     #[test]
     fn a_released_slot_is_used_again_by_a_row_of_its_size() {
-        let mut arena = Arena::default();
+        let mut arena = Arena::<4>::default();
         let a = arena.allocate(3).unwrap();
         let b = arena.allocate(9).unwrap();
         assert_eq!((a.start, a.capacity), (0, 4));

@@ -2,6 +2,13 @@
 
 use super::arena::{Arena, Slot};
 use crate::Block;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// Slot sizes are multiples of this.
+const GRAIN: usize = 4;
+
+/// Number of the last write to any row of any matrix: rows with the same stamp hold the same numbers, in clones too.
+static WRITES: AtomicU64 = AtomicU64::new(0);
 
 /// A square matrix of dense `B x B` blocks, stored by rows, whose rows are rewritten one at a time.
 ///
@@ -13,10 +20,11 @@ pub struct BlockCsr<const B: usize> {
     pub(super) slots: Vec<Slot>,
     pub(super) cols: Vec<u32>,
     pub(super) vals: Vec<Block<B>>,
-    arena: Arena,
+    arena: Arena<GRAIN>,
+    /// By row, the number of its last write; zero for an empty row.
+    stamps: Vec<u64>,
     n_blocks: usize,
     rows_written: u64,
-    pub(super) threads: usize,
 }
 
 /// An edit that would not leave a valid matrix; the matrix is then unchanged.
@@ -94,9 +102,7 @@ impl<const B: usize> BlockCsr<B> {
     /// `n_rows` empty block rows, and as many block columns.
     #[must_use]
     pub fn new(n_rows: usize) -> Self {
-        let mut matrix = Self { threads: 1, ..Self::default() };
-        matrix.slots.resize(n_rows, Slot::default());
-        matrix
+        Self { slots: vec![Slot::default(); n_rows], stamps: vec![0; n_rows], ..Self::default() }
     }
 
     /// Number of block rows, equal to the number of block columns.
@@ -137,7 +143,20 @@ impl<const B: usize> BlockCsr<B> {
             self.check_unused_from(n_rows)?;
         }
         self.slots.resize(n_rows, Slot::default());
+        self.stamps.resize(n_rows, 0);
         Ok(())
+    }
+
+    /// Changes with every write to the row, and is never given to other numbers.
+    pub(super) fn stamp(&self, row: usize) -> u64 {
+        self.stamps[row]
+    }
+
+    fn note_write(&mut self, row: usize) {
+        self.stamps[row] = match self.slots[row].len {
+            0 => 0,
+            _ => 1 + WRITES.fetch_add(1, Ordering::Relaxed),
+        };
     }
 
     fn check_unused_from(&self, n_rows: usize) -> Result<(), SparseError> {
@@ -175,6 +194,7 @@ impl<const B: usize> BlockCsr<B> {
         self.cols[slot.range()].copy_from_slice(cols);
         self.vals[slot.range()].copy_from_slice(blocks);
         self.rows_written += 1;
+        self.note_write(row);
         Ok(())
     }
 
@@ -215,6 +235,7 @@ impl<const B: usize> BlockCsr<B> {
         self.n_blocks -= old.len as usize;
         self.arena.release(old);
         self.rows_written += 1;
+        self.note_write(row);
         Ok(())
     }
 
@@ -236,6 +257,7 @@ impl<const B: usize> BlockCsr<B> {
     pub fn row_mut(&mut self, row: usize) -> (&[u32], &mut [Block<B>]) {
         let range = self.slots[row].range();
         self.rows_written += 1;
+        self.note_write(row);
         (&self.cols[range.clone()], &mut self.vals[range])
     }
 
@@ -247,7 +269,9 @@ impl<const B: usize> BlockCsr<B> {
 
     /// Block `(i, j)` for writing, if it is stored.
     pub fn get_mut(&mut self, i: usize, j: usize) -> Option<&mut Block<B>> {
-        self.find(i, j).map(|at| &mut self.vals[at])
+        let at = self.find(i, j)?;
+        self.note_write(i);
+        Some(&mut self.vals[at])
     }
 
     /// The diagonal block of row `i`; zero if it is not stored.
@@ -267,6 +291,7 @@ impl<const B: usize> BlockCsr<B> {
         if block.as_flattened().iter().any(|v| !v.is_finite()) {
             return Err(SparseError::NotFinite { row: i, col: j });
         }
+        self.note_write(i);
         for (old, new) in self.vals[at].as_flattened_mut().iter_mut().zip(block.as_flattened()) {
             *old += new;
         }

@@ -5,6 +5,7 @@
 
 use super::BlockCsr;
 use super::arena::Slot;
+use crate::team::Team;
 use crate::vector::{self, CHUNK};
 use crate::{Block, LinearOperator};
 use pulp::Arch;
@@ -16,6 +17,9 @@ use {
     std::arch::x86_64::__m128d,
 };
 
+/// Products with fewer numbers in the matrix are left to the calling thread.
+pub(super) const CROSSOVER: usize = 20_000;
+
 impl<const B: usize> LinearOperator for BlockCsr<B> {
     fn dim(&self) -> usize {
         self.n_rows() * B
@@ -23,36 +27,27 @@ impl<const B: usize> LinearOperator for BlockCsr<B> {
 
     fn apply(&self, x: &[f64], y: &mut [f64]) {
         self.check_lengths(x, y);
-        #[cfg(feature = "rayon")]
-        if self.is_parallel() {
-            return super::parallel::apply(self, x, y);
-        }
         self.apply_rows(0, x, y);
     }
 
     fn apply_dot(&self, x: &[f64], y: &mut [f64]) -> f64 {
         self.check_lengths(x, y);
-        #[cfg(feature = "rayon")]
-        if self.is_parallel() {
-            super::parallel::apply(self, x, y);
-            return vector::dot(x, y);
+        self.apply(x, y);
+        vector::dot(x, y)
+    }
+
+    fn apply_on(&self, team: &Team, x: &[f64], y: &mut [f64]) {
+        self.check_lengths(x, y);
+        if team.size() == 1 || self.n_blocks() * B * B < CROSSOVER || !CHUNK.is_multiple_of(B) {
+            return self.apply_rows(0, x, y);
         }
-        self.apply_dot_serial(x, y)
+        let n = y.len();
+        let mut parts = team.split(y);
+        team.each(&mut parts[..team.size()], |member, y| self.apply_rows(team.share(n, member).start / B, x, y));
     }
 }
 
 impl<const B: usize> BlockCsr<B> {
-    /// Lets products use up to `threads` threads of the rayon pool; 0 and 1 both mean the calling thread. Matrices too
-    /// small to gain from it, and builds without the feature `rayon`, stay on the calling thread. The bits do not change.
-    pub fn set_threads(&mut self, threads: usize) {
-        self.threads = threads.max(1);
-    }
-
-    #[cfg(feature = "rayon")]
-    fn is_parallel(&self) -> bool {
-        self.threads > 1 && self.n_blocks() >= super::parallel::CROSSOVER_BLOCKS
-    }
-
     fn check_lengths(&self, x: &[f64], y: &[f64]) {
         let n = self.dim();
         assert!(x.len() == n && y.len() == n, "matrix of {n} rows applied to {} and {} entries", x.len(), y.len());
@@ -71,24 +66,6 @@ impl<const B: usize> BlockCsr<B> {
             #[inline(always)]
             || rows.product(x, y),
         );
-    }
-
-    fn apply_dot_serial(&self, x: &[f64], y: &mut [f64]) -> f64 {
-        let rows = self.rows(0);
-        if !CHUNK.is_multiple_of(B) {
-            self.apply_rows(0, x, y);
-            return vector::dot(x, y);
-        }
-        #[cfg(target_arch = "x86_64")]
-        if B == 2
-            && let Some(simd) = V3::try_new()
-        {
-            return simd.vectorize(ProductDot2x2(Product2x2 { simd, rows, x, y }));
-        }
-        Arch::new().dispatch(
-            #[inline(always)]
-            || rows.product_dot(x, y, |rows, x, y| rows.product(x, y)),
-        )
     }
 
     fn rows(&self, first: usize) -> Rows<'_, B> {
@@ -112,21 +89,6 @@ impl<const B: usize> NullaryFnOnce for Product2x2<'_, B> {
     #[inline(always)]
     fn call(self) {
         self.rows.product_2x2(self.simd, self.x, self.y);
-    }
-}
-
-/// [`Product2x2`] and `xᵀy`.
-#[cfg(target_arch = "x86_64")]
-struct ProductDot2x2<'a, const B: usize>(Product2x2<'a, B>);
-
-#[cfg(target_arch = "x86_64")]
-impl<const B: usize> NullaryFnOnce for ProductDot2x2<'_, B> {
-    type Output = f64;
-
-    #[inline(always)]
-    fn call(self) -> f64 {
-        let Product2x2 { simd, rows, x, y } = self.0;
-        rows.product_dot(x, y, |rows, x, y| rows.product_2x2(simd, x, y))
     }
 }
 
@@ -175,17 +137,5 @@ impl<const B: usize> Rows<'_, B> {
             let sums: [f64; 4] = cast(sums);
             *y = [sums[0] + sums[1], sums[2] + sums[3]];
         }
-    }
-
-    /// `y ← A x` by `product`, and `xᵀy`: a chunk of `y` is summed while it is still in the cache.
-    #[inline(always)]
-    fn product_dot(self, x: &[f64], y: &mut [f64], product: impl Fn(Self, &[f64], &mut [f64])) -> f64 {
-        let mut sum = 0.0;
-        let chunks = self.slots.chunks(CHUNK / B).zip(x.chunks(CHUNK));
-        for ((slots, x_chunk), y) in chunks.zip(y.chunks_mut(CHUNK)) {
-            product(Self { slots, ..self }, x, y);
-            sum += vector::chunk_dot(x_chunk, y);
-        }
-        sum
     }
 }

@@ -2,14 +2,15 @@
 //!
 //! [`BlockCsr`] keeps every row in a slot of its own. Rewriting a row touches that slot alone; a row that outgrows its
 //! slot moves to another one and leaves the old one to later rows. Nothing else ever moves, so a mesh change costs the
-//! rows it touches, whatever the size of the matrix.
+//! rows it touches, whatever the size of the matrix. [`Frozen`] is a second copy of its numbers, laid out for products, that
+//! follows it.
 
 mod arena;
 mod block_csr;
 mod convert;
+mod frozen;
 mod kernel;
-#[cfg(feature = "rayon")]
-mod parallel;
 
 pub use block_csr::{BlockCsr, SparseError};
 pub use convert::ScalarCsr;
+pub use frozen::Frozen;

@@ -5,7 +5,7 @@
 //! microsecond. Between solves they sleep.
 //!
 //! Everything that a team computes has the bits that one thread computes: vectors are cut at whole chunks of
-//! [`vector::CHUNK`](crate::vector::CHUNK) entries, and sums of chunks are added in order by the thread that asked.
+//! [`vector::CHUNK`](crate::vector::CHUNK) entries, and their sums are added in order by the thread that asked.
 
 mod members;
 mod vectors;
@@ -78,3 +78,6 @@ impl fmt::Debug for Team {
         f.debug_struct("Team").field("size", &self.size()).finish()
     }
 }
+
+#[cfg(test)]
+mod tests;

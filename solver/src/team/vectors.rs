@@ -2,16 +2,17 @@
 
 use super::Team;
 use crate::real::Real;
-use crate::vector::{self, CHUNK};
+use crate::vector::{self, Sums, group_len};
 use std::ops::Range;
 
 /// Shorter vectors are left to the calling thread.
 const CROSSOVER: usize = 1 << 14;
 
-/// The entries that `member` of `size` takes: whole chunks, the same number or one less for each.
+/// The entries that `member` of `size` takes: whole groups, the same number or one less for each.
 pub(super) fn share(len: usize, member: usize, size: usize) -> Range<usize> {
-    let chunks = len.div_ceil(CHUNK);
-    let at = |k: usize| (chunks * k / size * CHUNK).min(len);
+    let group = group_len(len);
+    let groups = len.div_ceil(group);
+    let at = |k: usize| (groups * k / size * group).min(len);
     at(member)..at(member + 1)
 }
 
@@ -19,7 +20,16 @@ impl Team {
     /// [`vector::dot`].
     #[must_use]
     pub fn dot<T: Real>(&self, x: &[T], y: &[T]) -> f64 {
-        vector::dot(x, y)
+        let n = x.len();
+        if n < CROSSOVER || self.size() == 1 || y.len() != n {
+            return vector::dot(x, y);
+        }
+        let mut sums = Sums::new();
+        self.each(&mut self.split_sums(n, &mut sums)[..self.size()], |member, sums| {
+            let range = self.share(n, member);
+            vector::dot_groups(group_len(n), &x[range.clone()], &y[range], sums);
+        });
+        sums.total(n)
     }
 
     /// [`vector::norm2`].
@@ -48,6 +58,18 @@ impl Team {
             let range = self.share(x.len(), member);
             pass(&x[range], y);
         });
+    }
+
+    /// Each member's share of the sums over a vector of `len` entries.
+    pub(crate) fn split_sums<'a>(&self, len: usize, sums: &'a mut Sums) -> [&'a mut [f64]; Self::MAX_MEMBERS] {
+        let group = group_len(len);
+        let mut rest = sums.groups();
+        std::array::from_fn(|member| {
+            let n = if member < self.size() { self.share(len, member).len().div_ceil(group) } else { 0 };
+            let (part, after) = std::mem::take(&mut rest).split_at_mut(n);
+            rest = after;
+            part
+        })
     }
 
     /// Each member's share of a vector.

@@ -2,6 +2,7 @@
 
 mod common;
 
+mod model_systems;
 mod newton;
 mod nonlinear_cg;
 mod projected_cg;

@@ -7,6 +7,7 @@ use stylet_solver::linear::{CgError, CgReport, CgSettings, CgWorkspace, projecte
 use stylet_solver::precondition::{BlockJacobi, Identity, Jacobi, Preconditioner};
 use stylet_solver::stop::{Criterion, Stop, StopRule, StopRuleError};
 use stylet_solver::subspace::{Constraint, Subspace};
+use stylet_solver::team::Team;
 use stylet_solver::vector::{dot, norm2};
 
 fn settings(stop: StopRule) -> CgSettings {
@@ -288,11 +289,11 @@ fn extreme_scales_change_nothing_but_the_scale() {
 
 #[test]
 fn threads_do_not_change_a_bit() {
-    let mut s = grid(130); // above the size at which a second thread is woken
+    let s = grid(130); // above the size at which a second thread is woken
     let mut bits = Vec::new();
     for threads in [1, 2, 8] {
-        s.a.set_threads(threads);
-        let (x, report) = solve(&s, &Identity, rule(1e-6, Criterion::Reaction), &mut CgWorkspace::new());
+        let mut ws = CgWorkspace::on(&Team::new(threads));
+        let (x, report) = solve(&s, &Identity, rule(1e-6, Criterion::Reaction), &mut ws);
         assert_eq!(report.stop, Stop::Converged);
         bits.push(x.iter().map(|v| v.to_bits()).collect::<Vec<_>>());
     }

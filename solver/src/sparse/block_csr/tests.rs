@@ -1,5 +1,7 @@
 use super::*;
 use crate::LinearOperator;
+use crate::sparse::Frozen;
+use crate::team::Team;
 use proptest::prelude::*;
 use std::collections::BTreeMap;
 
@@ -96,14 +98,6 @@ fn check<const B: usize>(edits: Vec<Edit<B>>) {
     };
     let expected: Vec<f64> = (0..n * B).map(by_columns).collect();
     assert_eq!(bits(&y), bits(&expected));
-    // Any number of threads.
-    #[cfg(feature = "rayon")]
-    for threads in [1, 2, 3, 8] {
-        let mut matrix = matrix.clone();
-        matrix.set_threads(threads);
-        super::super::parallel::apply(&matrix, &x, &mut z);
-        assert_eq!(bits(&y), bits(&z));
-    }
     // Through a file.
     let bytes = postcard::to_allocvec(&matrix).unwrap();
     assert_eq!(postcard::from_bytes::<BlockCsr<B>>(&bytes).unwrap(), matrix);
@@ -137,18 +131,21 @@ fn band(n: usize) -> BlockCsr<2> {
 
 #[test]
 fn threads_do_not_change_a_bit() {
-    let mut matrix = band(12_000);
+    let matrix = band(12_000);
+    let frozen = Frozen::<2>::new(&matrix);
     let x: Vec<f64> = (0..matrix.dim()).map(|k| (k as f64 * 0.1).sin()).collect();
     let mut reference = vec![0.0; x.len()];
     let dot = matrix.apply_dot(&x, &mut reference);
     for threads in [0, 1, 2, 8] {
-        matrix.set_threads(threads);
-        let mut y = vec![0.0; x.len()];
-        assert_eq!(matrix.apply_dot(&x, &mut y).to_bits(), dot.to_bits());
-        assert_eq!(bits(&y), bits(&reference));
-        y.fill(0.0);
-        matrix.apply(&x, &mut y);
-        assert_eq!(bits(&y), bits(&reference));
+        let team = Team::new(threads);
+        for matrix in [&matrix as &dyn LinearOperator, &frozen] {
+            let mut y = vec![0.0; x.len()];
+            assert_eq!(matrix.apply_dot_on(&team, &x, &mut y).to_bits(), dot.to_bits());
+            assert_eq!(bits(&y), bits(&reference));
+            y.fill(0.0);
+            matrix.apply_on(&team, &x, &mut y);
+            assert_eq!(bits(&y), bits(&reference));
+        }
     }
 }
 
