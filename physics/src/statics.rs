@@ -10,9 +10,10 @@ use stylet_solver::nonlinear::{
     Preconditioning, StepModel, newton_cg, nonlinear_cg,
 };
 use stylet_solver::precondition::{BlockJacobi, Identity, Jacobi, Preconditioner, PreconditionerError};
-use stylet_solver::sparse::BlockCsr;
+use stylet_solver::sparse::{BlockCsr, Frozen};
 use stylet_solver::stop::{Stop, StopRule, StopRuleError};
 use stylet_solver::subspace::Subspace;
+use stylet_solver::team::Team;
 use stylet_solver::vector;
 
 /// How the equilibrium is found.
@@ -144,10 +145,19 @@ pub enum StaticError {
 #[derive(Clone, Debug, Default)]
 pub struct StaticWorkspace<const D: usize> {
     cg: CgWorkspace,
+    frozen: Frozen<D>,
     nonlinear: NonlinearCgWorkspace,
     newton: NewtonWorkspace<D>,
     jacobi: Jacobi<D>,
     block_jacobi: BlockJacobi<D>,
+}
+
+impl<const D: usize> StaticWorkspace<D> {
+    /// An empty workspace whose linear solves are shared by a team; the bits do not depend on it.
+    #[must_use]
+    pub fn on(team: &Team) -> Self {
+        Self { cg: CgWorkspace::on(team), ..Self::default() }
+    }
 }
 
 /// Finds the displacement `u` (m) at which elastic forces balance the dead `load` (N) on the moves of `subspace`.
@@ -200,9 +210,10 @@ fn solve_linear<const D: usize, const N: usize, M: Hyperelastic<D>>(
         return Err(StaticError::NotLinear);
     }
     let cg = CgSettings { stop: settings.stop, max_iterations: settings.max_iterations };
-    let StaticWorkspace { cg: vectors, jacobi, block_jacobi, .. } = ws;
+    let StaticWorkspace { cg: vectors, frozen, jacobi, block_jacobi, .. } = ws;
     let m = preconditioner(body.stiffness(), subspace, settings.preconditioning, jacobi, block_jacobi)?;
-    let report = projected_cg(body.stiffness(), m, subspace, load, u, &cg, vectors)?;
+    frozen.refresh(body.stiffness());
+    let report = projected_cg(frozen, m, subspace, load, u, &cg, vectors)?;
     if report.stop == Stop::IterationLimit {
         let (iterations, residual, threshold) = (report.iterations, report.residual_norm, report.threshold);
         return Err(StaticError::IterationLimit { iterations, residual, threshold });

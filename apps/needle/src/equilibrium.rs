@@ -12,9 +12,10 @@ use stylet_solver::nonlinear::{
     Preconditioning, StepModel, newton_cg, nonlinear_cg,
 };
 use stylet_solver::precondition::{BlockJacobi, Identity, Jacobi, Preconditioner};
-use stylet_solver::sparse::BlockCsr;
+use stylet_solver::sparse::{BlockCsr, Frozen};
 use stylet_solver::stop::{Criterion, Stop, StopRule};
 use stylet_solver::subspace::Subspace;
+use stylet_solver::team::Team;
 use stylet_solver::vector::norm2;
 
 /// How a solve went.
@@ -40,6 +41,8 @@ pub struct Equilibrium {
     max_iterations: usize,
     totals: Totals,
     cg: CgWorkspace,
+    /// The stiffness of a linear body, laid out for products; follows it from solve to solve.
+    frozen: Frozen<2>,
     nonlinear_cg: NonlinearCgWorkspace,
     newton: NewtonWorkspace<2>,
     jacobi: Jacobi<2>,
@@ -66,8 +69,8 @@ pub struct Totals {
 }
 
 impl Equilibrium {
-    /// The solver of a scene.
-    pub fn new(scene: &Scene) -> Self {
+    /// The solver of a scene. `threads` is the most that a linear solve may use; the bits do not depend on it.
+    pub fn new(scene: &Scene, threads: usize) -> Self {
         let stage = &scene.solver;
         let by_model = if scene.material.model == Model::Linear { Method::Cg } else { Method::NewtonCg };
         let diameter = scene.mesh.side * std::f64::consts::SQRT_2;
@@ -82,7 +85,8 @@ impl Equilibrium {
             round_force: scene.material.young * scene.mesh.thickness * diameter * stage.round_off,
             max_iterations: stage.max_iterations as usize,
             totals: Totals::default(),
-            cg: CgWorkspace::new(),
+            cg: CgWorkspace::on(&Team::new(threads)),
+            frozen: Frozen::default(),
             nonlinear_cg: NonlinearCgWorkspace::new(),
             newton: NewtonWorkspace::new(),
             jacobi: Jacobi::default(),
@@ -173,7 +177,8 @@ impl Equilibrium {
         let a = body.stiffness();
         let settings = CgSettings { stop, max_iterations: self.max_iterations };
         self.follow_touched(a, subspace)?;
-        let cg = &mut self.cg;
+        self.frozen.refresh(a);
+        let (a, cg) = (&self.frozen, &mut self.cg);
         let report = match self.preconditioner {
             PreconditionerKind::None => projected_cg(a, &Identity, subspace, load, u, &settings, cg),
             PreconditionerKind::Jacobi => projected_cg(a, &self.jacobi, subspace, load, u, &settings, cg),

@@ -77,7 +77,7 @@ impl<M: Hyperelastic<2>> Slab<M> {
             subspace: Subspace::new(n),
             side: scene.mesh.side,
             clamped: scene.support.clamped,
-            solver: Equilibrium::new(scene),
+            solver: Equilibrium::new(scene, threads),
             change: MeshChange::default(),
             touched: Vec::new(),
             mesh,
@@ -312,7 +312,7 @@ impl<M: Hyperelastic<2>> Slab<M> {
         let mut body = Body::new(&state.mesh, material, scene.mesh.thickness).map_err(|e| e.to_string())?;
         body.set_threads(threads);
         body.restore_linearization(&state.linearization).map_err(|e| e.to_string())?;
-        let mut solver = Equilibrium::new(scene);
+        let mut solver = Equilibrium::new(scene, threads);
         solver.set_totals(state.totals);
         if state.holds_linearization {
             solver.hold_linearization();
