@@ -82,16 +82,21 @@ impl<const B: usize> Preconditioner for BlockJacobi<B> {
     fn apply(&self, r: &[f64], z: &mut [f64]) {
         let n = self.inverses.len() * B;
         assert!(r.len() == n && z.len() == n, "block Jacobi of {n} rows");
-        let (r, z) = (r.as_chunks::<B>().0, z.as_chunks_mut::<B>().0);
-        Arch::new().dispatch(
-            #[inline(always)]
-            || {
-                for ((inverse, r), z) in self.inverses.iter().zip(r).zip(z) {
-                    for i in 0..B {
-                        z[i] = (1..B).fold(inverse[i][0] * r[0], |sum, j| sum + inverse[i][j] * r[j]);
-                    }
-                }
-            },
-        );
+        multiply(&self.inverses, r, z);
     }
+}
+
+/// `z ← D r` for the block diagonal matrix of `blocks`.
+pub(super) fn multiply<const B: usize>(blocks: &[Block<B>], r: &[f64], z: &mut [f64]) {
+    let (r, z) = (r.as_chunks::<B>().0, z.as_chunks_mut::<B>().0);
+    Arch::new().dispatch(
+        #[inline(always)]
+        || {
+            for ((block, r), z) in blocks.iter().zip(r).zip(z) {
+                for i in 0..B {
+                    z[i] = (1..B).fold(block[i][0] * r[0], |sum, j| sum + block[i][j] * r[j]);
+                }
+            }
+        },
+    );
 }

@@ -1,10 +1,16 @@
 //! Approximate inverses that respect the subspace: symmetric, and mapping `W` into itself.
 
+pub mod aggregation;
 mod block_jacobi;
+mod chebyshev;
 mod jacobi;
+mod projected;
 mod restricted;
+mod scratch;
+mod spectrum;
 
 pub use block_jacobi::BlockJacobi;
+pub use chebyshev::{Chebyshev, ChebyshevSettings};
 pub use jacobi::Jacobi;
 
 use crate::real::Real;
@@ -67,6 +73,50 @@ pub enum PreconditionerError {
     #[error("pivot {pivot:e} in block row {row}: its diagonal block is not positive definite on the allowed moves")]
     NotPositive {
         /// Block row, which is the node.
+        row: usize,
+        /// The pivot that should have been positive.
+        pivot: f64,
+    },
+    /// A block of the matrix holds NaN or an infinity.
+    #[error("block ({row}, {col}) of the matrix holds a number that is not finite")]
+    NotFinite {
+        /// Block row.
+        row: usize,
+        /// Block column.
+        col: usize,
+    },
+    /// A setting makes no sense.
+    #[error("{name} = {value} is out of its range")]
+    Parameter {
+        /// Which setting.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// The matrix has a negative curvature on the subspace.
+    #[error("curvature {curvature:e}: the matrix is not positive semidefinite on the allowed moves")]
+    Indefinite {
+        /// `pᵀA p` of a direction met.
+        curvature: f64,
+    },
+    /// Modes are given for a number of nodes that is not the matrix's.
+    #[error("modes of {modes} nodes are given, the matrix has {nodes}")]
+    Modes {
+        /// Nodes of the modes.
+        modes: usize,
+        /// Nodes of the matrix.
+        nodes: usize,
+    },
+    /// A coordinate is NaN or infinite.
+    #[error("coordinates of node {node} are not finite")]
+    Coordinates {
+        /// The node.
+        node: usize,
+    },
+    /// The coarsest matrix has no factor.
+    #[error("pivot {pivot:e} in row {row} of the coarse matrix: not positive definite")]
+    Coarse {
+        /// Scalar row of the coarsest matrix.
         row: usize,
         /// The pivot that should have been positive.
         pivot: f64,
