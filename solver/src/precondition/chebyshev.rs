@@ -24,10 +24,11 @@ pub struct ChebyshevSettings {
 }
 
 impl ChebyshevSettings {
-    /// Degree `degree` on the interval that was measured to need the fewest conjugate-gradient iterations in elasticity.
+    /// Degree `degree` on the upper nine tenths of the spectrum. Wider intervals save a tenth of the iterations of static
+    /// elasticity, and double those of time steps, whose spectrum is short.
     #[must_use]
-    pub fn preconditioner(degree: usize) -> Self {
-        Self { degree, ratio: 10.0 * (degree * degree) as f64 }
+    pub fn new(degree: usize) -> Self {
+        Self { degree, ratio: 10.0 }
     }
 
     pub(super) fn validate(self) -> Result<Self, PreconditionerError> {
@@ -238,4 +239,47 @@ impl Step {
 #[inline(always)]
 fn row_times<const B: usize>(row: &[f64; B], r: &[f64; B]) -> f64 {
     (1..B).fold(row[0] * r[0], |sum, j| sum + row[j] * r[j])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `T_k`, also outside of [-1, 1].
+    fn chebyshev(k: usize, x: f64) -> f64 {
+        let (mut before, mut now) = (1.0, x);
+        for _ in 1..k {
+            (before, now) = (now, 2.0 * x * now - before);
+        }
+        now
+    }
+
+    /// On eigenvectors of `D⁻¹ A`, here of the path graph, one application multiplies `D⁻¹` by
+    /// `(1 − T_k((b + a − 2λ)/(b − a)) / T_k((b + a)/(b − a))) / λ`.
+    #[test]
+    fn is_the_polynomial() {
+        let n = 30;
+        let mut a = BlockCsr::<1>::new(n);
+        for i in 0..n {
+            let cols: Vec<u32> = (i.saturating_sub(1)..(i + 2).min(n)).map(|j| j as u32).collect();
+            let blocks: Vec<_> = cols.iter().map(|&j| if j as usize == i { [[2.0]] } else { [[-1.0]] }).collect();
+            a.set_row(i, &cols, &blocks).unwrap();
+        }
+        for degree in 1..6 {
+            let settings = ChebyshevSettings { degree, ratio: 7.0 };
+            let m = Chebyshev::new(&a, &Subspace::new(n), settings).unwrap();
+            let (low, high) = (m.upper() / 7.0, m.upper());
+            for mode in 1..=n {
+                let angle = std::f64::consts::PI * mode as f64 / (n as f64 + 1.0);
+                let lambda = 1.0 - angle.cos();
+                let v: Vec<f64> = (1..=n).map(|i| (angle * i as f64).sin()).collect();
+                let left = chebyshev(degree, (high + low - 2.0 * lambda) / (high - low))
+                    / chebyshev(degree, (high + low) / (high - low));
+                let factor = (1.0 - left) / lambda / 2.0;
+                let mut z = vec![f64::NAN; n];
+                m.apply(&v, &mut z);
+                assert!(z.iter().zip(&v).all(|(z, v)| (z - factor * v).abs() < 1e-11), "{degree} {mode}");
+            }
+        }
+    }
 }

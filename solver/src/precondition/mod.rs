@@ -3,15 +3,19 @@
 pub mod aggregation;
 mod block_jacobi;
 mod chebyshev;
+mod incomplete_cholesky;
 mod jacobi;
 mod projected;
 mod restricted;
 mod scratch;
 mod spectrum;
+mod ssor;
 
 pub use block_jacobi::BlockJacobi;
 pub use chebyshev::{Chebyshev, ChebyshevSettings};
+pub use incomplete_cholesky::IncompleteCholesky;
 pub use jacobi::Jacobi;
+pub use ssor::{Ssor, SsorSettings};
 
 use crate::real::Real;
 use crate::team::Team;
@@ -112,6 +116,18 @@ pub enum PreconditionerError {
     Coordinates {
         /// The node.
         node: usize,
+    },
+    /// An incomplete factorisation meets a pivot block that is not positive definite, whatever the shift.
+    #[error(
+        "pivot {pivot:e} in block row {row} of an incomplete factor, still with the diagonal raised by {shift} of it"
+    )]
+    Breakdown {
+        /// Block row.
+        row: usize,
+        /// The pivot that should have been positive.
+        pivot: f64,
+        /// The last shift tried.
+        shift: f64,
     },
     /// The coarsest matrix has no factor.
     #[error("pivot {pivot:e} in row {row} of the coarse matrix: not positive definite")]

@@ -54,12 +54,7 @@ impl<const B: usize, const M: usize> Level<B, M> {
     }
 
     /// Makes the smoother, the prolongator and the problem of the next level; `same` keeps the aggregates and all patterns.
-    pub fn build(
-        &mut self,
-        recipe: &Recipe,
-        same: bool,
-        next: &mut Problem<M, M>,
-    ) -> Result<(), PreconditionerError> {
+    pub fn build(&mut self, recipe: &Recipe, same: bool, next: &mut Problem<M, M>) -> Result<(), PreconditionerError> {
         let Problem { a, modes } = &self.problem;
         let work = self.scratch.get_mut();
         self.polynomial = Polynomial::new(a, recipe.smoother, &mut work.fine)?;

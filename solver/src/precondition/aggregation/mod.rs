@@ -16,3 +16,6 @@ mod two_level;
 pub use modes::Modes;
 pub use smoothed::{SmoothedAggregation, SmoothedAggregationSettings};
 pub use two_level::{Form, TwoLevel};
+
+#[cfg(test)]
+mod tests;

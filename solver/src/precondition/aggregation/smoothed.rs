@@ -28,12 +28,7 @@ pub struct SmoothedAggregationSettings {
 
 impl Default for SmoothedAggregationSettings {
     fn default() -> Self {
-        Self {
-            strength: 0.0,
-            smoother: ChebyshevSettings { degree: 2, ratio: 10.0 },
-            smoothing: 4.0 / 3.0,
-            max_coarse_dim: 400,
-        }
+        Self { strength: 0.0, smoother: ChebyshevSettings::new(2), smoothing: 4.0 / 3.0, max_coarse_dim: 400 }
     }
 }
 
@@ -92,12 +87,14 @@ impl<const B: usize, const M: usize> SmoothedAggregation<B, M> {
     /// As [`new`](Self::new); the preconditioner is then of no use until a rebuild succeeds.
     pub fn rebuild(&mut self, matrix: &BlockCsr<B>, subspace: &Subspace<B>) -> Result<(), PreconditionerError> {
         self.settings.validate()?;
+        // A build that ends early leaves levels that do not belong together.
+        let complete = std::mem::replace(&mut self.complete, false);
         let Problem { a, modes } = &mut self.fine.problem;
         let (modes, nodes) = (modes.n_nodes(), matrix.n_rows());
         if modes != nodes {
             return Err(PreconditionerError::Modes { modes, nodes });
         }
-        let same = a.rebuild(matrix, subspace)? && std::mem::replace(&mut self.complete, false);
+        let same = a.rebuild(matrix, subspace)? && complete;
         self.build(same)?;
         self.complete = true;
         Ok(())

@@ -2,6 +2,7 @@
 
 use super::aggregates::Aggregates;
 use super::coarsest::Coarsest;
+use super::graph::Graph;
 use super::level::{Level, Problem, Recipe};
 use super::modes::Modes;
 use crate::precondition::chebyshev::ChebyshevSettings;
@@ -77,27 +78,35 @@ impl<const B: usize, const M: usize> TwoLevel<B, M> {
         self.rebuild_with(matrix, subspace, &|graph| Aggregates::balls(graph, count))
     }
 
-    fn rebuild_with(
+    pub(super) fn rebuild_with(
         &mut self,
         matrix: &BlockCsr<B>,
         subspace: &Subspace<B>,
-        partition: &dyn Fn(&super::graph::Graph) -> Aggregates,
+        partition: &dyn Fn(&Graph) -> Aggregates,
     ) -> Result<(), PreconditionerError> {
         let smoother = match self.form {
             Form::Additive => ChebyshevSettings { degree: 1, ratio: 4.0 }, // not used
             Form::VCycle(smoother) => smoother.validate()?,
         };
+        // A build that ends early leaves levels that do not belong together.
+        let complete = std::mem::replace(&mut self.complete, false);
         let Problem { a, modes } = &mut self.level.problem;
         let (modes, nodes) = (modes.n_nodes(), matrix.n_rows());
         if modes != nodes {
             return Err(PreconditionerError::Modes { modes, nodes });
         }
-        let same = a.rebuild(matrix, subspace)? && std::mem::replace(&mut self.complete, false);
+        let same = a.rebuild(matrix, subspace)? && complete;
         let recipe = Recipe { smoother, smoothing: 0.0, strength: 0.0, partition };
         self.level.build(&recipe, same, &mut self.coarsest.problem)?;
         self.coarsest.factor()?;
         self.complete = true;
         Ok(())
+    }
+
+    /// Lets the next rebuild choose aggregates anew.
+    #[cfg(test)]
+    pub(super) fn forget(&mut self) {
+        self.complete = false;
     }
 
     /// Scalar rows of the coarse level.
