@@ -83,7 +83,7 @@ impl<const B: usize> Chebyshev<B> {
     ) -> Result<(), PreconditionerError> {
         let settings = settings.validate()?;
         self.a.rebuild(matrix, subspace)?;
-        self.polynomial = Polynomial::new(&self.a, settings, self.scratch.get_mut())?;
+        self.polynomial = Polynomial::new(&self.a, &Team::serial(), settings, self.scratch.get_mut())?;
         Ok(())
     }
 
@@ -131,10 +131,12 @@ impl Polynomial {
     /// The polynomial for the spectrum of `a`; sizes `work`.
     pub fn new<const B: usize>(
         a: &Projected<B>,
+        team: &Team,
         settings: ChebyshevSettings,
         work: &mut Vectors,
     ) -> Result<Self, PreconditionerError> {
-        let largest = largest_eigenvalue(a, work).map_err(|curvature| PreconditionerError::Indefinite { curvature })?;
+        let largest =
+            largest_eigenvalue(a, team, work).map_err(|curvature| PreconditionerError::Indefinite { curvature })?;
         let upper = if largest > 0.0 { MARGIN * largest } else { 1.0 };
         Ok(Self { degree: settings.degree, lower: upper / settings.ratio, upper })
     }
@@ -155,7 +157,7 @@ impl Polynomial {
         let first = Step { alpha: 1.0 / centre, beta: 0.0, stage: Stage::First(guess) };
         first.run(team, &a.inverses, q, r, d, x);
         for _ in 1..self.degree {
-            a.matrix.apply_on(team, d, q);
+            a.apply_on(team, d, q);
             let next = 1.0 / (2.0 * sigma - rho);
             let step = Step { alpha: 2.0 * next / half, beta: next * rho, stage: Stage::Later };
             step.run(team, &a.inverses, q, r, d, x);
@@ -165,7 +167,7 @@ impl Polynomial {
 
     /// The residual after [`smooth`](Self::smooth), in `work.r`: one product.
     pub fn residual_after<const B: usize>(&self, a: &Projected<B>, team: &Team, work: &mut Vectors) {
-        a.matrix.apply_on(team, &work.d, &mut work.q);
+        a.apply_on(team, &work.d, &mut work.q);
         team.axpy(-1.0, &work.q, &mut work.r);
     }
 }

@@ -3,9 +3,9 @@
 use super::projected::Projected;
 use super::restricted::{product, restricted_inverse};
 use super::{Preconditioner, PreconditionerError};
-use crate::Block;
 use crate::sparse::BlockCsr;
 use crate::subspace::Subspace;
+use crate::{Block, LinearOperator};
 use pulp::Arch;
 
 /// The first shift that is tried when the factorisation breaks down, relative to the diagonal blocks.

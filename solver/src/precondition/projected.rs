@@ -2,9 +2,10 @@
 
 use super::PreconditionerError;
 use super::restricted::{check_shape, restricted_inverse};
-use crate::Block;
 use crate::sparse::{BlockCsr, SparseError};
 use crate::subspace::{Constraint, Subspace};
+use crate::team::Team;
+use crate::{Block, LinearOperator};
 
 /// `P_W A P_W` with the pattern of `A`, and `D⁺`: its diagonal blocks inverted on the allowed moves of their nodes. Both map
 /// `W` into `W`, and so does whatever is made of their sums and products; rows of fixed nodes are zero.
@@ -82,10 +83,28 @@ impl<const B: usize> Projected<B> {
         }
         Ok(())
     }
+}
 
-    /// Length of a vector.
-    pub fn dim(&self) -> usize {
+/// Products, of all that is made from `P_W A P_W`, go through here.
+impl<const B: usize> LinearOperator for Projected<B> {
+    fn dim(&self) -> usize {
         self.matrix.n_rows() * B
+    }
+
+    fn apply(&self, x: &[f64], y: &mut [f64]) {
+        self.matrix.apply(x, y);
+    }
+
+    fn apply_dot(&self, x: &[f64], y: &mut [f64]) -> f64 {
+        self.matrix.apply_dot(x, y)
+    }
+
+    fn apply_on(&self, team: &Team, x: &[f64], y: &mut [f64]) {
+        self.matrix.apply_on(team, x, y);
+    }
+
+    fn apply_dot_on(&self, team: &Team, x: &[f64], y: &mut [f64]) -> f64 {
+        self.matrix.apply_dot_on(team, x, y)
     }
 }
 

@@ -3,7 +3,7 @@
 use super::block_jacobi::multiply;
 use super::projected::Projected;
 use crate::LinearOperator;
-use crate::vector::{axpy, dot, xpby};
+use crate::team::Team;
 
 /// Steps of the recurrence. Its largest Ritz value is then within a few per cent for elasticity and for Laplacians.
 const STEPS: usize = 12;
@@ -34,13 +34,17 @@ impl Vectors {
 /// alone. `Err` holds a negative curvature: the matrix is then not positive semidefinite. 0 if `W` holds nothing but 0.
 ///
 /// Source: Golub & Van Loan, *Matrix Computations*, 4th ed. (2013), sections 10.3 and 11.3.
-pub(super) fn largest_eigenvalue<const B: usize>(a: &Projected<B>, work: &mut Vectors) -> Result<f64, f64> {
+pub(super) fn largest_eigenvalue<const B: usize>(
+    a: &Projected<B>,
+    team: &Team,
+    work: &mut Vectors,
+) -> Result<f64, f64> {
     work.resize(a.dim());
     let Vectors { r, d: p, q, z } = work;
     start(a, r);
     let mut tridiagonal = Tridiagonal::default();
     multiply(&a.inverses, r, z);
-    let mut rz = dot(r, z);
+    let mut rz = team.dot(r, z);
     let first = rz;
     p.copy_from_slice(z);
     let (mut alpha_before, mut beta) = (1.0, 0.0);
@@ -48,7 +52,7 @@ pub(super) fn largest_eigenvalue<const B: usize>(a: &Projected<B>, work: &mut Ve
         if rz <= f64::EPSILON * first {
             break; // the Krylov space is exhausted: the Ritz values are eigenvalues
         }
-        let curvature = a.matrix.apply_dot(p, q);
+        let curvature = a.apply_dot_on(team, p, q);
         if curvature < -1e-12 * rz {
             return Err(curvature);
         }
@@ -57,11 +61,11 @@ pub(super) fn largest_eigenvalue<const B: usize>(a: &Projected<B>, work: &mut Ve
         }
         let alpha = rz / curvature;
         tridiagonal.push(1.0 / alpha + beta / alpha_before, f64::sqrt(beta) / alpha_before);
-        axpy(-alpha, q, r);
+        team.axpy(-alpha, q, r);
         multiply(&a.inverses, r, z);
-        let next = dot(r, z);
+        let next = team.dot(r, z);
         beta = next / rz;
-        xpby(z, beta, p);
+        team.xpby(z, beta, p);
         (rz, alpha_before) = (next, alpha);
     }
     Ok(tridiagonal.largest_eigenvalue())
@@ -144,7 +148,7 @@ mod tests {
             let mut projected = Projected::default();
             projected.rebuild(&a, &Subspace::new(n)).unwrap();
             let exact = 1.0 + (std::f64::consts::PI / (n as f64 + 1.0)).cos();
-            let estimate = largest_eigenvalue(&projected, &mut Vectors::default()).unwrap();
+            let estimate = largest_eigenvalue(&projected, &Team::serial(), &mut Vectors::default()).unwrap();
             assert!(estimate <= exact * (1.0 + 1e-12) && estimate >= 0.95 * exact, "{n}: {estimate} {exact}");
             if n <= STEPS {
                 assert!((estimate - exact).abs() < 1e-10, "{n}: {estimate} {exact}");

@@ -8,10 +8,10 @@
 use super::projected::Projected;
 use super::scratch::Scratch;
 use super::{Preconditioner, PreconditionerError};
-use crate::Block;
 use crate::sparse::BlockCsr;
 use crate::subspace::Subspace;
 use crate::team::Team;
+use crate::{Block, LinearOperator};
 use pulp::Arch;
 use std::ops::Range;
 

@@ -193,6 +193,12 @@ fn any_number_of_threads_gives_the_same_bits() {
             assert!(z.iter().zip(&serial).all(|(a, b)| a.to_bits() == b.to_bits()), "{name}, {threads} threads");
         }
     }
+    // Set-up as well.
+    let serial = SmoothedAggregation::new(&s.a, &w, modes.clone(), sa).unwrap();
+    for threads in [1, 2, 8] {
+        let shared = SmoothedAggregation::new_on(&Team::new(threads), &s.a, &w, modes.clone(), sa).unwrap();
+        assert!(apply(&serial, &r) == apply(&shared, &r), "set-up by {threads} threads");
+    }
 }
 
 #[test]

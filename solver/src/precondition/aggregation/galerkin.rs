@@ -7,7 +7,9 @@
 use super::transfer::{Transfer, add_product, add_transposed};
 use crate::Block;
 use crate::sparse::BlockCsr;
+use crate::team::Team;
 use pulp::Arch;
+use std::ops::Range;
 
 const ABSENT: u32 = u32::MAX;
 
@@ -17,11 +19,8 @@ pub(super) struct Galerkin<const B: usize, const M: usize> {
     starts: Vec<usize>,
     cols: Vec<u32>,
     vals: Vec<Block<M>>,
-    /// Place of a coarse node in the row of `A P` at hand, or [`ABSENT`].
-    place: Vec<u32>,
-    /// The row of `A P` at hand.
-    row_cols: Vec<u32>,
-    row: Vec<[[f64; M]; B]>,
+    /// One for each member of a team.
+    workers: Vec<Worker<B, M>>,
     /// Next free place in each row of the lower triangle.
     next: Vec<u32>,
 }
@@ -30,8 +29,8 @@ impl<const B: usize, const M: usize> Galerkin<B, M> {
     /// Finds the pattern, and gives it to `coarse`.
     pub fn set_pattern(&mut self, a: &BlockCsr<B>, p: &Transfer<B, M>, coarse: &mut BlockCsr<M>) {
         let n = p.n_coarse();
-        self.place.clear();
-        self.place.resize(n, ABSENT);
+        self.workers.clear();
+        let mut met_by = vec![ABSENT; n];
         self.cols.clear();
         self.starts.clear();
         self.starts.push(0);
@@ -41,8 +40,8 @@ impl<const B: usize, const M: usize> Galerkin<B, M> {
             for i in p.column(k) {
                 for &j in a.row(i).0 {
                     for &l in p.row(j as usize).0 {
-                        if l as usize >= k && self.place[l as usize] != k as u32 {
-                            self.place[l as usize] = k as u32;
+                        if l as usize >= k && met_by[l as usize] != k as u32 {
+                            met_by[l as usize] = k as u32;
                             self.cols.push(l);
                         }
                     }
@@ -55,7 +54,6 @@ impl<const B: usize, const M: usize> Galerkin<B, M> {
             self.cols[start + 1..].iter().for_each(|&l| lower[l as usize] += 1);
             self.starts.push(self.cols.len());
         }
-        self.place.fill(ABSENT);
         self.vals.clear();
         self.vals.resize(self.cols.len(), [[0.0; M]; M]);
         self.next = lower;
@@ -90,70 +88,32 @@ impl<const B: usize, const M: usize> Galerkin<B, M> {
         }
     }
 
-    /// Redoes the numbers of `coarse`, whose pattern is that of the last [`set_pattern`](Self::set_pattern).
-    pub fn set_numbers(&mut self, a: &BlockCsr<B>, p: &Transfer<B, M>, coarse: &mut BlockCsr<M>) {
+    /// Redoes the numbers of `coarse`, whose pattern is that of the last [`set_pattern`](Self::set_pattern). Each member of the
+    /// team takes some coarse rows; every number is summed over the fine rows in their order, whoever does it.
+    pub fn set_numbers(&mut self, team: &Team, a: &BlockCsr<B>, p: &Transfer<B, M>, coarse: &mut BlockCsr<M>) {
         self.vals.fill([[0.0; M]; M]);
-        Arch::new().dispatch(
-            #[inline(always)]
-            || {
-                for i in 0..p.n_fine() {
-                    self.multiply_row(a, p, i);
-                    self.add_row(p, i);
-                }
-            },
-        );
+        let Self { starts, cols, vals, workers, .. } = self;
+        let size = team.size();
+        if workers.len() < size {
+            workers.resize_with(size, Worker::default);
+        }
+        let (mut workers, mut rest) = (workers.iter_mut(), &mut vals[..]);
+        let (n, total) = (starts.len() - 1, cols.len());
+        let bound = |member: usize| starts.partition_point(|s| *s < total * member / size).min(n);
+        let mut parts: [Option<Part<B, M>>; Team::MAX_MEMBERS] = std::array::from_fn(|member| {
+            let rows = if member < size { bound(member)..bound(member + 1) } else { return None };
+            let (vals, after) = std::mem::take(&mut rest).split_at_mut(starts[rows.end] - starts[rows.start]);
+            rest = after;
+            let worker = workers.next()?;
+            worker.place.resize(n, ABSENT);
+            Some(Part { rows, starts, cols, vals, worker })
+        });
+        team.each(&mut parts[..size], |_, part| {
+            if let Some(part) = part {
+                part.run(a, p);
+            }
+        });
         self.write(coarse);
-    }
-
-    /// `(A P)_i`, coarse nodes ascending; those below the first of `P_i` only matter for the lower triangle.
-    #[inline(always)]
-    fn multiply_row(&mut self, a: &BlockCsr<B>, p: &Transfer<B, M>, i: usize) {
-        self.row_cols.clear();
-        let Some(&first) = p.row(i).0.first() else { return };
-        let (neighbours, values) = a.row(i);
-        for &j in neighbours {
-            for &l in p.row(j as usize).0 {
-                if l >= first && self.place[l as usize] == ABSENT {
-                    self.place[l as usize] = 0;
-                    self.row_cols.push(l);
-                }
-            }
-        }
-        self.row_cols.sort_unstable();
-        for (at, &l) in self.row_cols.iter().enumerate() {
-            self.place[l as usize] = at as u32;
-        }
-        self.row.clear();
-        self.row.resize(self.row_cols.len(), [[0.0; M]; B]);
-        for (&j, value) in neighbours.iter().zip(values) {
-            let (coarse, blocks) = p.row(j as usize);
-            for (&l, block) in coarse.iter().zip(blocks) {
-                if l >= first {
-                    add_product(value, block, &mut self.row[self.place[l as usize] as usize]);
-                }
-            }
-        }
-        for &l in &self.row_cols {
-            self.place[l as usize] = ABSENT;
-        }
-    }
-
-    /// Adds `P_iᵀ (A P)_i`.
-    #[inline(always)]
-    fn add_row(&mut self, p: &Transfer<B, M>, i: usize) {
-        let (coarse, blocks) = p.row(i);
-        for (&k, block) in coarse.iter().zip(blocks) {
-            let range = self.starts[k as usize]..self.starts[k as usize + 1];
-            let (cols, vals) = (&self.cols[range.clone()], &mut self.vals[range]);
-            let from = self.row_cols.partition_point(|&l| l < k);
-            let mut at = 0;
-            for (&l, product) in self.row_cols[from..].iter().zip(&self.row[from..]) {
-                while cols[at] < l {
-                    at += 1;
-                }
-                add_transposed(block, product, &mut vals[at]);
-            }
-        }
     }
 
     /// Copies the upper triangle to its places and, transposed, to the lower ones.
@@ -172,6 +132,99 @@ impl<const B: usize, const M: usize> Galerkin<B, M> {
                     std::array::from_fn(|i| std::array::from_fn(|j| block[j][i]));
                 self.next[l] += 1;
             }
+        }
+    }
+}
+
+/// Coarse rows, and who computes them.
+struct Part<'a, const B: usize, const M: usize> {
+    rows: Range<usize>,
+    starts: &'a [usize],
+    cols: &'a [u32],
+    /// Of `rows` alone.
+    vals: &'a mut [Block<M>],
+    worker: &'a mut Worker<B, M>,
+}
+
+/// Memory for one row of `A P`.
+#[derive(Clone, Debug, Default)]
+struct Worker<const B: usize, const M: usize> {
+    /// Place of a coarse node in the row at hand, or [`ABSENT`].
+    place: Vec<u32>,
+    cols: Vec<u32>,
+    row: Vec<[[f64; M]; B]>,
+}
+
+impl<const B: usize, const M: usize> Part<'_, B, M> {
+    fn run(&mut self, a: &BlockCsr<B>, p: &Transfer<B, M>) {
+        Arch::new().dispatch(
+            #[inline(always)]
+            || {
+                for i in 0..p.n_fine() {
+                    let (coarse, blocks) = p.row(i);
+                    let from = coarse.partition_point(|k| (*k as usize) < self.rows.start);
+                    let to = coarse.partition_point(|k| (*k as usize) < self.rows.end);
+                    if from < to {
+                        self.worker.multiply(a, p, i, coarse[from]);
+                        self.add(&coarse[from..to], &blocks[from..to]);
+                    }
+                }
+            },
+        );
+    }
+
+    /// Adds `P_iᵀ (A P)_i`, where `P_i` has `blocks` in the columns `coarse`.
+    #[inline(always)]
+    fn add(&mut self, coarse: &[u32], blocks: &[[[f64; M]; B]]) {
+        let Worker { cols: row_cols, row, .. } = &*self.worker;
+        let before = self.starts[self.rows.start];
+        for (&k, block) in coarse.iter().zip(blocks) {
+            let range = self.starts[k as usize]..self.starts[k as usize + 1];
+            let cols = &self.cols[range.clone()];
+            let vals = &mut self.vals[range.start - before..range.end - before];
+            let from = row_cols.partition_point(|&l| l < k);
+            let mut at = 0;
+            for (&l, product) in row_cols[from..].iter().zip(&row[from..]) {
+                while cols[at] < l {
+                    at += 1;
+                }
+                add_transposed(block, product, &mut vals[at]);
+            }
+        }
+    }
+}
+
+impl<const B: usize, const M: usize> Worker<B, M> {
+    /// `(A P)_i` in the coarse columns from `first` on, ascending: what lies before matters for the lower triangle alone.
+    #[inline(always)]
+    fn multiply(&mut self, a: &BlockCsr<B>, p: &Transfer<B, M>, i: usize, first: u32) {
+        let Self { place, cols, row } = self;
+        cols.clear();
+        let (neighbours, values) = a.row(i);
+        for &j in neighbours {
+            for &l in p.row(j as usize).0 {
+                if l >= first && place[l as usize] == ABSENT {
+                    place[l as usize] = 0;
+                    cols.push(l);
+                }
+            }
+        }
+        cols.sort_unstable();
+        for (at, &l) in cols.iter().enumerate() {
+            place[l as usize] = at as u32;
+        }
+        row.clear();
+        row.resize(cols.len(), [[0.0; M]; B]);
+        for (&j, value) in neighbours.iter().zip(values) {
+            let (coarse, blocks) = p.row(j as usize);
+            for (&l, block) in coarse.iter().zip(blocks) {
+                if l >= first {
+                    add_product(value, block, &mut row[place[l as usize] as usize]);
+                }
+            }
+        }
+        for &l in &*cols {
+            place[l as usize] = ABSENT;
         }
     }
 }

@@ -6,6 +6,7 @@ use super::graph::Graph;
 use super::modes::Modes;
 use super::tentative::orthonormalise;
 use super::transfer::Transfer;
+use crate::LinearOperator;
 use crate::precondition::PreconditionerError;
 use crate::precondition::block_jacobi::multiply;
 use crate::precondition::chebyshev::{ChebyshevSettings, Guess, Polynomial};
@@ -54,10 +55,16 @@ impl<const B: usize, const M: usize> Level<B, M> {
     }
 
     /// Makes the smoother, the prolongator and the problem of the next level; `same` keeps the aggregates and all patterns.
-    pub fn build(&mut self, recipe: &Recipe, same: bool, next: &mut Problem<M, M>) -> Result<(), PreconditionerError> {
+    pub fn build(
+        &mut self,
+        team: &Team,
+        recipe: &Recipe,
+        same: bool,
+        next: &mut Problem<M, M>,
+    ) -> Result<(), PreconditionerError> {
         let Problem { a, modes } = &self.problem;
         let work = self.scratch.get_mut();
-        self.polynomial = Polynomial::new(a, recipe.smoother, &mut work.fine)?;
+        self.polynomial = Polynomial::new(a, team, recipe.smoother, &mut work.fine)?;
         if !same {
             self.aggregates = (recipe.partition)(&Graph::new(&a.matrix, recipe.strength));
             self.transfer.set_pattern(&a.matrix, &self.aggregates, recipe.smoothing != 0.0);
@@ -69,7 +76,7 @@ impl<const B: usize, const M: usize> Level<B, M> {
         orthonormalise(modes.nodal(), &a.constraints, &self.aggregates, &mut self.tentative, &mut next.modes);
         let omega = recipe.smoothing / self.polynomial.upper;
         self.transfer.set_numbers(a, &self.tentative, &self.aggregates, omega);
-        self.galerkin.set_numbers(&a.matrix, &self.transfer, &mut next.a.matrix);
+        self.galerkin.set_numbers(team, &a.matrix, &self.transfer, &mut next.a.matrix);
         fill_dependent(next);
         Ok(())
     }

@@ -74,9 +74,23 @@ impl<const B: usize, const M: usize> SmoothedAggregation<B, M> {
         modes: Modes<B, M>,
         settings: SmoothedAggregationSettings,
     ) -> Result<Self, PreconditionerError> {
+        Self::new_on(&Team::serial(), matrix, subspace, modes, settings)
+    }
+
+    /// [`new`](Self::new) by all members of a team, with the same bits.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn new_on(
+        team: &Team,
+        matrix: &BlockCsr<B>,
+        subspace: &Subspace<B>,
+        modes: Modes<B, M>,
+        settings: SmoothedAggregationSettings,
+    ) -> Result<Self, PreconditionerError> {
         let fine = Level::new(Problem { modes, ..Problem::default() });
         let mut this = Self { fine, settings, ..Self::default() };
-        this.rebuild(matrix, subspace)?;
+        this.rebuild_on(team, matrix, subspace)?;
         Ok(this)
     }
 
@@ -86,6 +100,19 @@ impl<const B: usize, const M: usize> SmoothedAggregation<B, M> {
     /// # Errors
     /// As [`new`](Self::new); the preconditioner is then of no use until a rebuild succeeds.
     pub fn rebuild(&mut self, matrix: &BlockCsr<B>, subspace: &Subspace<B>) -> Result<(), PreconditionerError> {
+        self.rebuild_on(&Team::serial(), matrix, subspace)
+    }
+
+    /// [`rebuild`](Self::rebuild) by all members of a team, with the same bits.
+    ///
+    /// # Errors
+    /// As [`rebuild`](Self::rebuild).
+    pub fn rebuild_on(
+        &mut self,
+        team: &Team,
+        matrix: &BlockCsr<B>,
+        subspace: &Subspace<B>,
+    ) -> Result<(), PreconditionerError> {
         self.settings.validate()?;
         // A build that ends early leaves levels that do not belong together.
         let complete = std::mem::replace(&mut self.complete, false);
@@ -95,12 +122,12 @@ impl<const B: usize, const M: usize> SmoothedAggregation<B, M> {
             return Err(PreconditionerError::Modes { modes, nodes });
         }
         let same = a.rebuild(matrix, subspace)? && complete;
-        self.build(same)?;
+        self.build(team, same)?;
         self.complete = true;
         Ok(())
     }
 
-    fn build(&mut self, same: bool) -> Result<(), PreconditionerError> {
+    fn build(&mut self, team: &Team, same: bool) -> Result<(), PreconditionerError> {
         let SmoothedAggregationSettings { strength, smoother, smoothing, max_coarse_dim } = self.settings;
         let recipe = Recipe { smoother, smoothing, strength, partition: &Aggregates::neighbourhoods };
         if !same {
@@ -111,8 +138,8 @@ impl<const B: usize, const M: usize> SmoothedAggregation<B, M> {
             let (above, below) = self.coarser.split_at_mut(depth);
             let next = below.first_mut().map_or(&mut self.coarsest.problem, |level| &mut level.problem);
             match above.last_mut() {
-                None => self.fine.build(&recipe, same, next)?,
-                Some(level) => level.build(&recipe, same, next)?,
+                None => self.fine.build(team, &recipe, same, next)?,
+                Some(level) => level.build(team, &recipe, same, next)?,
             }
             if !same && depth + 2 < MAX_LEVELS && self.coarsest.dim() > max_coarse_dim {
                 self.coarser.push(Level::new(std::mem::take(&mut self.coarsest.problem)));

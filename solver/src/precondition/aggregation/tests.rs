@@ -6,6 +6,7 @@ use super::two_level::{Form, TwoLevel};
 use crate::precondition::{ChebyshevSettings, Preconditioner, PreconditionerError};
 use crate::sparse::BlockCsr;
 use crate::subspace::{Constraint, Subspace};
+use crate::team::Team;
 use crate::vector::norm2;
 use crate::{Block, LinearOperator};
 use proptest::prelude::*;
@@ -134,7 +135,7 @@ proptest! {
         let modes = Modes::<3, 6>::rigid(&places).unwrap();
         let mut m = TwoLevel::new(&a, &w, modes, Form::VCycle(smoother), None).unwrap();
         m.forget();
-        m.rebuild_with(&a, &w, &|graph| {
+        m.rebuild_with(&Team::serial(), &a, &w, &|graph| {
             Aggregates::from_assignment((0..graph.n_nodes() as u32).collect(), graph.n_nodes())
         }).unwrap();
         let mut r = numbers[..3 * n].to_vec();

@@ -62,9 +62,24 @@ impl<const B: usize, const M: usize> TwoLevel<B, M> {
         form: Form,
         aggregates: Option<usize>,
     ) -> Result<Self, PreconditionerError> {
+        Self::new_on(&Team::serial(), matrix, subspace, modes, form, aggregates)
+    }
+
+    /// [`new`](Self::new) by all members of a team, with the same bits.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn new_on(
+        team: &Team,
+        matrix: &BlockCsr<B>,
+        subspace: &Subspace<B>,
+        modes: Modes<B, M>,
+        form: Form,
+        aggregates: Option<usize>,
+    ) -> Result<Self, PreconditionerError> {
         let level = Level::new(Problem { modes, ..Problem::default() });
         let mut this = Self { level, coarsest: Coarsest::default(), form, aggregates, complete: false };
-        this.rebuild(matrix, subspace)?;
+        this.rebuild_on(team, matrix, subspace)?;
         Ok(this)
     }
 
@@ -74,12 +89,26 @@ impl<const B: usize, const M: usize> TwoLevel<B, M> {
     /// # Errors
     /// As [`new`](Self::new); the preconditioner is then of no use until a rebuild succeeds.
     pub fn rebuild(&mut self, matrix: &BlockCsr<B>, subspace: &Subspace<B>) -> Result<(), PreconditionerError> {
+        self.rebuild_on(&Team::serial(), matrix, subspace)
+    }
+
+    /// [`rebuild`](Self::rebuild) by all members of a team, with the same bits.
+    ///
+    /// # Errors
+    /// As [`rebuild`](Self::rebuild).
+    pub fn rebuild_on(
+        &mut self,
+        team: &Team,
+        matrix: &BlockCsr<B>,
+        subspace: &Subspace<B>,
+    ) -> Result<(), PreconditionerError> {
         let count = self.aggregates.unwrap_or_else(|| balanced_count::<M>(matrix.n_blocks() * B * B));
-        self.rebuild_with(matrix, subspace, &|graph| Aggregates::balls(graph, count))
+        self.rebuild_with(team, matrix, subspace, &|graph| Aggregates::balls(graph, count))
     }
 
     pub(super) fn rebuild_with(
         &mut self,
+        team: &Team,
         matrix: &BlockCsr<B>,
         subspace: &Subspace<B>,
         partition: &dyn Fn(&Graph) -> Aggregates,
@@ -97,7 +126,7 @@ impl<const B: usize, const M: usize> TwoLevel<B, M> {
         }
         let same = a.rebuild(matrix, subspace)? && complete;
         let recipe = Recipe { smoother, smoothing: 0.0, strength: 0.0, partition };
-        self.level.build(&recipe, same, &mut self.coarsest.problem)?;
+        self.level.build(team, &recipe, same, &mut self.coarsest.problem)?;
         self.coarsest.factor()?;
         self.complete = true;
         Ok(())
