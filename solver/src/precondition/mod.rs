@@ -1,4 +1,21 @@
 //! Approximate inverses that respect the subspace: symmetric, and mapping `W` into itself.
+//!
+//! Iterations to a relative residual of 1e-5 on the model system of 13,182 tetrahedra, ν = 0.34, and products per iteration,
+//! that of conjugate gradients included:
+//!
+//! | | static | dt = 20 ms | dt = 1 ms | products |
+//! |---|---|---|---|---|
+//! | [`Identity`] | 301 | 160 | 22 | 1 |
+//! | [`Jacobi`] | 250 | 134 | 9 | 1 |
+//! | [`BlockJacobi`] | 245 | 133 | 9 | 1 |
+//! | [`Chebyshev`] of degree 3 | 96 | 51 | 6 | 3 |
+//! | [`Ssor`] | 79 | 44 | 5 | 2 |
+//! | [`IncompleteCholesky`] | 71 | 39 | 4 | 2 |
+//! | [`TwoLevel`](aggregation::TwoLevel), additive | 50 | 41 | 10 | 1 and a coarse solve |
+//! | [`TwoLevel`](aggregation::TwoLevel), V-cycle | 24 | 20 | 5 | 3 and a coarse solve |
+//! | [`SmoothedAggregation`](aggregation::SmoothedAggregation) | 11 | 8 | 5 | 5, and about half as much on coarser levels |
+//!
+//! All take the matrix for symmetric, and none checks it.
 
 pub mod aggregation;
 mod block_jacobi;

@@ -3,7 +3,8 @@
 //! Rows are cut into a fixed number of domains of consecutive rows, and domains are coloured so that those of one colour are
 //! not coupled. A sweep takes the colours one after the other, and the domains of a colour at the same time: that is the
 //! sequential sweep in another order, the same on any number of threads. With nodes ordered for a small bandwidth there are
-//! two colours, and the model systems need at most a few iterations more than in the order of the rows.
+//! two colours. On the model systems eight domains cost about a tenth more iterations than the order of the rows (79 against
+//! 72 static, 44 against 39 at 20 ms), and can be shared by as many threads as a colour has domains: four.
 
 use super::projected::Projected;
 use super::scratch::Scratch;
@@ -173,7 +174,8 @@ impl<const B: usize> Ssor<B> {
         }
     }
 
-    /// `step(row, A-terms, z_row)` for the rows of each domain of a colour, in order or in reverse.
+    /// One colour's part of a sweep: with a right side forward, `z_i ← ω D⁺ ((2 − ω) r_i − Σ A_ij z_j)` over the columns before
+    /// `i`; without one backward, `z_i ← z_i − ω D⁺ Σ A_ij z_j` over those after it.
     fn sweep(
         &self,
         team: &Team,
@@ -232,7 +234,10 @@ impl<const B: usize> Ssor<B> {
         if self.domains.len() == 1 {
             return;
         }
-        for (rows, _) in self.domains.iter().zip(&self.colours).filter(|(_, c)| **c == colour) {
+        for (rows, of) in self.domains.iter().zip(&self.colours) {
+            if *of != colour {
+                continue;
+            }
             let range = rows.start * B..rows.end * B;
             shared[range.clone()].copy_from_slice(&z[range]);
         }

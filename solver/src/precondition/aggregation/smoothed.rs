@@ -166,7 +166,7 @@ impl<const B: usize, const M: usize> SmoothedAggregation<B, M> {
         1.0 + (coarser + self.coarsest.dim().pow(2)) as f64 / fine.max(1.0)
     }
 
-    /// Products with the finest matrix per application.
+    /// Products with the finest matrix per application; those of conjugate gradients come on top.
     #[must_use]
     pub fn products(&self) -> usize {
         2 * self.settings.smoother.degree
