@@ -368,6 +368,14 @@ fn smoothed_aggregation_on_the_large_model_system() {
     println!("block Jacobi {plain:.0} ms; smoothed aggregation {set_up:.0} + {solve:.0} ms, {count} iterations");
     assert!(count <= 17);
     assert!(set_up + solve <= 0.35 * plain);
+    for (nu, limit) in [(0.45, 26), (0.49, 52)] {
+        let s = cube(36, nu);
+        let modes = Modes::<3, 6>::rigid(&s.coordinates).unwrap();
+        let m = SmoothedAggregation::new(&s.a, &w, modes, SmoothedAggregationSettings::default()).unwrap();
+        let count = iterations(&s.a, &m, &s.load);
+        println!("nu {nu}: {count} iterations, dims {:?}", m.dims().collect::<Vec<_>>());
+        assert!(count <= limit);
+    }
 }
 
 /// Iterations until `‖b − A x‖ ≤ 1e-5 ‖b‖`.
