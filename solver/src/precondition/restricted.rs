@@ -36,7 +36,7 @@ fn on_plane<const B: usize>(d: &Block<B>, n: &[f64; B]) -> Result<Block<B>, f64>
 }
 
 /// Inverse of a symmetric positive definite block, by its Cholesky factor `L Lᵀ`.
-pub(super) fn inverse<const B: usize>(a: &Block<B>) -> Result<Block<B>, f64> {
+fn inverse<const B: usize>(a: &Block<B>) -> Result<Block<B>, f64> {
     let mut l = *a;
     for j in 0..B {
         let pivot = l[j][j] - (0..j).map(|k| l[j][k] * l[j][k]).sum::<f64>();
@@ -69,7 +69,7 @@ pub(super) fn product<const B: usize>(a: &Block<B>, b: &Block<B>) -> Block<B> {
     block(|i, j| (0..B).map(|k| a[i][k] * b[k][j]).sum())
 }
 
-pub(super) fn block<const B: usize>(entry: impl Fn(usize, usize) -> f64) -> Block<B> {
+fn block<const B: usize>(entry: impl Fn(usize, usize) -> f64) -> Block<B> {
     std::array::from_fn(|i| std::array::from_fn(|j| entry(i, j)))
 }
 
