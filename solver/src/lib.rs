@@ -6,7 +6,8 @@
 //! * [`subspace`]: which node may move how, and the orthogonal projection `P_W` onto the allowed moves;
 //! * [`vector`]: reductions of a fixed shape, the same bits on any number of threads and any SIMD level;
 //! * [`stop`]: the stopping rules (6.8) and (6.9) of Nienhuys (2003);
-//! * [`precondition`]: Jacobi and block Jacobi, restricted to the subspace;
+//! * [`precondition`]: Jacobi, block Jacobi, SSOR, incomplete Cholesky, Chebyshev polynomials, two-level and smoothed-aggregation
+//!   cycles with rigid moves, all restricted to the subspace;
 //! * [`linear`]: projected conjugate gradients;
 //! * [`energy`]: what the nonlinear methods know of a problem;
 //! * [`nonlinear`]: projected nonlinear conjugate gradients and projected Newton-CG;

@@ -15,7 +15,12 @@ use stylet_solver::nonlinear::{
     Linearization, NewtonSettings, NewtonWorkspace, NonlinearCgSettings, NonlinearCgWorkspace, StepModel, newton_cg,
     nonlinear_cg,
 };
-use stylet_solver::precondition::{BlockJacobi, Identity, Jacobi, Preconditioner};
+use stylet_solver::precondition::aggregation::{
+    Form, Modes, SmoothedAggregation, SmoothedAggregationSettings, TwoLevel,
+};
+use stylet_solver::precondition::{
+    BlockJacobi, Chebyshev, ChebyshevSettings, Identity, IncompleteCholesky, Jacobi, Preconditioner, Ssor, SsorSettings,
+};
 use stylet_solver::sparse::BlockCsr;
 use stylet_solver::stop::{Criterion, Stop};
 use stylet_solver::subspace::{Constraint, Subspace};
@@ -72,6 +77,32 @@ fn a_warm_linear_solve_allocates_nothing() {
         assert_eq!(cg_allocations(&Jacobi::new(&s.a, &s.w).unwrap(), tolerance), 0);
         assert_eq!(cg_allocations(&BlockJacobi::new(&s.a, &s.w).unwrap(), tolerance), 0);
     }
+}
+
+#[test]
+fn warm_preconditioners_allocate_nothing() {
+    let s = grid(20);
+    let (a, w, n) = (&s.a, &s.w, s.a.n_rows());
+    let settings = SmoothedAggregationSettings { max_coarse_dim: 20, ..Default::default() };
+    let mut ssor = Ssor::new(a, w, SsorSettings::default()).unwrap();
+    let mut ic = IncompleteCholesky::new(a, w).unwrap();
+    let mut chebyshev = Chebyshev::new(a, w, ChebyshevSettings::new(3)).unwrap();
+    let mut two_level = TwoLevel::new(a, w, Modes::constants(n), Form::v_cycle(), None).unwrap();
+    let mut smoothed = SmoothedAggregation::new(a, w, Modes::constants(n), settings).unwrap();
+    assert!(smoothed.dims().count() > 2);
+    let rebuild = || {
+        ssor.rebuild(a, w, SsorSettings::default()).unwrap();
+        ic.rebuild(a, w).unwrap();
+        chebyshev.rebuild(a, w, ChebyshevSettings::new(3)).unwrap();
+        two_level.rebuild(a, w).unwrap();
+        smoothed.rebuild(a, w).unwrap();
+    };
+    assert_eq!(allocations(rebuild).1, 0);
+    for m in [&ssor as &dyn Preconditioner, &ic, &chebyshev, &two_level, &smoothed] {
+        let (r, mut z) = (vec![1.0; 2 * n], vec![0.0; 2 * n]);
+        assert_eq!(allocations(|| m.apply(&r, &mut z)).1, 0);
+    }
+    assert_eq!(cg_allocations(&smoothed, 1e-10), 0);
 }
 
 /// A chain whose Hessian is made once: what the energy allocates is not the solver's.

@@ -108,17 +108,21 @@ impl<const B: usize, T: Real> Preconditioner<T> for BlockJacobi<B, T> {
 
 impl<const B: usize, T: Real> PreconditionRows<T> for BlockJacobi<B, T> {
     fn apply_rows(&self, first: usize, r: &[T], z: &mut [T]) {
-        let inverses = &self.inverses[first / B..];
-        let (r, z) = (r.as_chunks::<B>().0, z.as_chunks_mut::<B>().0);
-        Arch::new().dispatch(
-            #[inline(always)]
-            || {
-                for ((inverse, r), z) in inverses.iter().zip(r).zip(z) {
-                    for i in 0..B {
-                        z[i] = (1..B).fold(inverse[i][0] * r[0], |sum, j| sum + inverse[i][j] * r[j]);
-                    }
-                }
-            },
-        );
+        multiply(&self.inverses[first / B..], r, z);
     }
+}
+
+/// `z ← D r` for the block diagonal matrix of `blocks`.
+pub(super) fn multiply<const B: usize, T: Real>(blocks: &[Block<B, T>], r: &[T], z: &mut [T]) {
+    let (r, z) = (r.as_chunks::<B>().0, z.as_chunks_mut::<B>().0);
+    Arch::new().dispatch(
+        #[inline(always)]
+        || {
+            for ((block, r), z) in blocks.iter().zip(r).zip(z) {
+                for i in 0..B {
+                    z[i] = (1..B).fold(block[i][0] * r[0], |sum, j| sum + block[i][j] * r[j]);
+                }
+            }
+        },
+    );
 }

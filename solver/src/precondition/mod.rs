@@ -1,11 +1,38 @@
 //! Approximate inverses that respect the subspace: symmetric, and mapping `W` into itself.
+//!
+//! Iterations to a relative residual of 1e-5 on the model system of 13,182 tetrahedra, ν = 0.34, and products per iteration,
+//! that of conjugate gradients included:
+//!
+//! | | static | dt = 20 ms | dt = 1 ms | products |
+//! |---|---|---|---|---|
+//! | [`Identity`] | 301 | 160 | 22 | 1 |
+//! | [`Jacobi`] | 250 | 134 | 9 | 1 |
+//! | [`BlockJacobi`] | 245 | 133 | 9 | 1 |
+//! | [`Chebyshev`] of degree 3 | 96 | 51 | 6 | 3 |
+//! | [`Ssor`] | 79 | 44 | 5 | 2 |
+//! | [`IncompleteCholesky`] | 71 | 39 | 4 | 2 |
+//! | [`TwoLevel`](aggregation::TwoLevel), additive | 50 | 41 | 10 | 1 and a coarse solve |
+//! | [`TwoLevel`](aggregation::TwoLevel), V-cycle | 24 | 20 | 5 | 3 and a coarse solve |
+//! | [`SmoothedAggregation`](aggregation::SmoothedAggregation) | 11 | 8 | 5 | 5, and about half as much on coarser levels |
+//!
+//! All take the matrix for symmetric, and none checks it.
 
+pub mod aggregation;
 mod block_jacobi;
+mod chebyshev;
+mod incomplete_cholesky;
 mod jacobi;
+mod projected;
 mod restricted;
+mod scratch;
+mod spectrum;
+mod ssor;
 
 pub use block_jacobi::BlockJacobi;
+pub use chebyshev::{Chebyshev, ChebyshevSettings};
+pub use incomplete_cholesky::IncompleteCholesky;
 pub use jacobi::Jacobi;
+pub use ssor::{Ssor, SsorSettings};
 
 use crate::real::Real;
 use crate::team::Team;
@@ -80,6 +107,62 @@ pub enum PreconditionerError {
     #[error("pivot {pivot:e} in block row {row}: its diagonal block is not positive definite on the allowed moves")]
     NotPositive {
         /// Block row, which is the node.
+        row: usize,
+        /// The pivot that should have been positive.
+        pivot: f64,
+    },
+    /// A block of the matrix holds NaN or an infinity.
+    #[error("block ({row}, {col}) of the matrix holds a number that is not finite")]
+    NotFinite {
+        /// Block row.
+        row: usize,
+        /// Block column.
+        col: usize,
+    },
+    /// A setting makes no sense.
+    #[error("{name} = {value} is out of its range")]
+    Parameter {
+        /// Which setting.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// The matrix has a negative curvature on the subspace.
+    #[error("curvature {curvature:e}: the matrix is not positive semidefinite on the allowed moves")]
+    Indefinite {
+        /// `pᵀA p` of a direction met.
+        curvature: f64,
+    },
+    /// Modes are given for a number of nodes that is not the matrix's.
+    #[error("modes of {modes} nodes are given, the matrix has {nodes}")]
+    Modes {
+        /// Nodes of the modes.
+        modes: usize,
+        /// Nodes of the matrix.
+        nodes: usize,
+    },
+    /// A coordinate is NaN or infinite.
+    #[error("coordinates of node {node} are not finite")]
+    Coordinates {
+        /// The node.
+        node: usize,
+    },
+    /// An incomplete factorisation meets a pivot block that is not positive definite, whatever the shift.
+    #[error(
+        "pivot {pivot:e} in block row {row} of an incomplete factor, still with the diagonal raised by {shift} of it"
+    )]
+    Breakdown {
+        /// Block row.
+        row: usize,
+        /// The pivot that should have been positive.
+        pivot: f64,
+        /// The last shift tried.
+        shift: f64,
+    },
+    /// The coarsest matrix has no factor.
+    #[error("pivot {pivot:e} in row {row} of the coarse matrix: not positive definite")]
+    Coarse {
+        /// Scalar row of the coarsest matrix.
         row: usize,
         /// The pivot that should have been positive.
         pivot: f64,

@@ -65,7 +65,7 @@ fn quadratic_form<const B: usize>(a: &Block<B>, t: &[f64; B]) -> f64 {
     (0..B).map(|i| t[i] * (0..B).map(|j| a[i][j] * t[j]).sum::<f64>()).sum()
 }
 
-fn product<const B: usize>(a: &Block<B>, b: &Block<B>) -> Block<B> {
+pub(super) fn product<const B: usize>(a: &Block<B>, b: &Block<B>) -> Block<B> {
     block(|i, j| (0..B).map(|k| a[i][k] * b[k][j]).sum())
 }
 

@@ -5,4 +5,5 @@ mod common;
 mod model_systems;
 mod newton;
 mod nonlinear_cg;
+mod preconditioners;
 mod projected_cg;

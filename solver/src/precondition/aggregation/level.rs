@@ -1,0 +1,130 @@
+//! One level above the coarsest: its matrix, its smoother and its way down.
+
+use super::aggregates::Aggregates;
+use super::galerkin::Galerkin;
+use super::graph::Graph;
+use super::modes::Modes;
+use super::tentative::orthonormalise;
+use super::transfer::Transfer;
+use crate::LinearOperator;
+use crate::precondition::PreconditionerError;
+use crate::precondition::block_jacobi::multiply;
+use crate::precondition::chebyshev::{ChebyshevSettings, Guess, Polynomial};
+use crate::precondition::projected::Projected;
+use crate::precondition::scratch::Scratch;
+use crate::precondition::spectrum::Vectors;
+use crate::team::Team;
+
+/// A matrix and the modes that its near-null space consists of.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Problem<const B: usize, const M: usize> {
+    pub a: Projected<B>,
+    pub modes: Modes<B, M>,
+}
+
+/// How a level is made.
+pub(super) struct Recipe<'a> {
+    pub smoother: ChebyshevSettings,
+    /// `ω λ` of the damped Jacobi step that smooths the prolongator; 0 leaves it tentative.
+    pub smoothing: f64,
+    pub strength: f64,
+    pub partition: &'a dyn Fn(&Graph) -> Aggregates,
+}
+
+#[derive(Clone, Debug, Default)]
+pub(super) struct Level<const B: usize, const M: usize> {
+    pub problem: Problem<B, M>,
+    polynomial: Polynomial,
+    aggregates: Aggregates,
+    tentative: Vec<[[f64; M]; B]>,
+    transfer: Transfer<B, M>,
+    galerkin: Galerkin<B, M>,
+    scratch: Scratch<Work>,
+}
+
+#[derive(Clone, Debug, Default)]
+struct Work {
+    fine: Vectors,
+    f: Vec<f64>,
+    e: Vec<f64>,
+}
+
+impl<const B: usize, const M: usize> Level<B, M> {
+    pub fn new(problem: Problem<B, M>) -> Self {
+        Self { problem, ..Self::default() }
+    }
+
+    /// Makes the smoother, the prolongator and the problem of the next level; `same` keeps the aggregates and all patterns.
+    pub fn build(
+        &mut self,
+        team: &Team,
+        recipe: &Recipe,
+        same: bool,
+        next: &mut Problem<M, M>,
+    ) -> Result<(), PreconditionerError> {
+        let Problem { a, modes } = &self.problem;
+        let work = self.scratch.get_mut();
+        self.polynomial = Polynomial::new(a, team, recipe.smoother, &mut work.fine)?;
+        if !same {
+            self.aggregates = (recipe.partition)(&Graph::new(&a.matrix, recipe.strength));
+            self.transfer.set_pattern(&a.matrix, &self.aggregates, recipe.smoothing != 0.0);
+            self.galerkin.set_pattern(&a.matrix, &self.transfer, &mut next.a.matrix);
+        }
+        let coarse_dim = self.aggregates.count() * M;
+        work.f.resize(coarse_dim, 0.0);
+        work.e.resize(coarse_dim, 0.0);
+        orthonormalise(modes.nodal(), &a.constraints, &self.aggregates, &mut self.tentative, &mut next.modes);
+        let omega = recipe.smoothing / self.polynomial.upper;
+        self.transfer.set_numbers(a, &self.tentative, &self.aggregates, omega);
+        self.galerkin.set_numbers(team, &a.matrix, &self.transfer, &mut next.a.matrix);
+        fill_dependent(next);
+        Ok(())
+    }
+
+    /// `x ← M⁻¹ f`: smoother, correction by `coarse`, smoother. `coarse(f, e)` overwrites `e` with an approximation of the
+    /// coarse matrix's inverse times `f`; if that is symmetric, so is the whole.
+    pub fn cycle(&self, team: &Team, f: &[f64], x: &mut [f64], coarse: impl FnOnce(&[f64], &mut [f64])) {
+        let Work { fine, f: coarse_f, e } = &mut *self.scratch.lock();
+        let a = &self.problem.a;
+        fine.r.copy_from_slice(f);
+        self.polynomial.smooth(a, team, Guess::Zero, x, fine);
+        self.polynomial.residual_after(a, team, fine);
+        self.transfer.restrict(team, &fine.r, coarse_f);
+        coarse(coarse_f, e);
+        self.transfer.prolong(team, e, &mut fine.d);
+        team.axpy(1.0, &fine.d, x);
+        self.polynomial.residual_after(a, team, fine);
+        self.polynomial.smooth(a, team, Guess::Present, x, fine);
+    }
+
+    /// `x ← D⁺ f + P e`, where `coarse` makes `e` of `Pᵀ f`.
+    pub fn add(&self, team: &Team, f: &[f64], x: &mut [f64], coarse: impl FnOnce(&[f64], &mut [f64])) {
+        let Work { fine, f: coarse_f, e } = &mut *self.scratch.lock();
+        self.transfer.restrict(team, f, coarse_f);
+        coarse(coarse_f, e);
+        self.transfer.prolong(team, e, &mut fine.d);
+        multiply(&self.problem.a.inverses, f, x);
+        team.axpy(1.0, &fine.d, x);
+    }
+
+    pub fn dim(&self) -> usize {
+        self.problem.a.dim()
+    }
+
+    pub fn n_blocks(&self) -> usize {
+        self.problem.a.matrix.n_blocks()
+    }
+}
+
+/// Modes that depend on others have zero columns in the prolongator, hence zero rows in the coarse matrix: a diagonal of the
+/// size of the others makes them equations `s e = 0` of their own.
+fn fill_dependent<const M: usize>(next: &mut Problem<M, M>) {
+    for (k, modes) in next.modes.nodal().iter().enumerate() {
+        let Some(block) = next.a.matrix.get_mut(k, k) else { continue };
+        let largest = (0..M).map(|m| block[m][m]).fold(0.0, f64::max);
+        let scale = if largest > 0.0 { largest } else { 1.0 };
+        for m in (0..M).filter(|&m| modes[m][m] == 0.0) {
+            block[m][m] = scale;
+        }
+    }
+}
