@@ -2,6 +2,7 @@
 
 mod block_jacobi;
 mod jacobi;
+pub mod multilevel;
 mod restricted;
 
 pub use block_jacobi::BlockJacobi;
