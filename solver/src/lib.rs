@@ -53,6 +53,7 @@
 //!   gives the same bits.
 
 pub mod check;
+pub mod complementarity;
 pub mod dense;
 pub mod energy;
 pub mod linear;

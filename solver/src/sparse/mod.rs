@@ -6,10 +6,12 @@
 
 mod arena;
 mod block_csr;
+mod contributions;
 mod convert;
 mod kernel;
 #[cfg(feature = "rayon")]
 mod parallel;
 
 pub use block_csr::{BlockCsr, SparseError};
+pub use contributions::{ContributionError, ElementBlocks, ElementContributions, LazyReport, RefreshRule};
 pub use convert::ScalarCsr;

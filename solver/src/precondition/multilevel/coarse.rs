@@ -3,7 +3,6 @@
 use super::MultilevelError;
 use super::galerkin::Galerkin;
 use crate::dense::Cholesky;
-use crate::subspace::Constraint;
 
 /// The factored matrix of the start nodes on their allowed moves.
 #[derive(Clone, Debug, Default)]
@@ -19,7 +18,7 @@ impl<const B: usize> Coarse<B> {
     /// Factors the rows of `nodes` of the level that `galerkin` has come to.
     pub fn rebuild(&mut self, galerkin: &Galerkin<B>, nodes: &[u32], n_nodes: usize) -> Result<(), MultilevelError> {
         self.nodes.clear();
-        self.nodes.extend(nodes.iter().filter(|&&node| galerkin.constraint(node) != Some(&Constraint::Fixed)));
+        self.nodes.extend(nodes.iter().filter(|&&node| galerkin.constraint(node).is_none_or(|c| c.dofs() > 0)));
         self.places.clear();
         self.places.resize(n_nodes, u32::MAX);
         for (place, &node) in self.nodes.iter().enumerate() {

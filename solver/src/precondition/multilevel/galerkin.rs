@@ -149,10 +149,10 @@ impl<const B: usize> Galerkin<B> {
         self.heads[row as usize] = at;
     }
 
-    /// `P_i A_ij P_j`; `None` if one of the nodes is fixed.
+    /// `P_i A_ij P_j`; `None` if one of the nodes cannot move.
     fn projected(&self, i: u32, j: u32, mut block: Block<B>) -> Option<Block<B>> {
         let (row, col) = (&self.constraints[i as usize], &self.constraints[j as usize]);
-        if matches!(row, Some(Constraint::Fixed)) || matches!(col, Some(Constraint::Fixed)) {
+        if [row, col].into_iter().flatten().any(|constraint| constraint.dofs() == 0) {
             return None;
         }
         if let Some(constraint) = col {

@@ -93,7 +93,7 @@ impl<const B: usize> Levels<B> {
             let constraint = self.galerkin.constraint(node).copied();
             self.constrained.extend(constraint.map(|constraint| (node, constraint)));
             let constraint = constraint.unwrap_or(Constraint::Free);
-            if constraint == Constraint::Fixed {
+            if constraint.dofs() == 0 {
                 continue;
             }
             let inverse = restricted_inverse(&self.galerkin.diagonal(node), &constraint).map_err(|pivot| {
