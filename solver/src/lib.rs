@@ -54,6 +54,7 @@
 
 pub mod check;
 pub mod complementarity;
+pub mod condensation;
 pub mod dense;
 pub mod energy;
 pub mod linear;

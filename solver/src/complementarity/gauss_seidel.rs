@@ -120,12 +120,7 @@ fn newton_step(problem: &BoxProblem<'_>, lambda: &mut [f64], ws: &mut BoxWorkspa
 }
 
 /// The residual of the better of `lambda` and the best so far, which is kept.
-fn keep_best(
-    problem: &BoxProblem<'_>,
-    lambda: &[f64],
-    ws: &mut BoxWorkspace,
-    best: f64,
-) -> Result<f64, BoxError> {
+fn keep_best(problem: &BoxProblem<'_>, lambda: &[f64], ws: &mut BoxWorkspace, best: f64) -> Result<f64, BoxError> {
     problem.evaluate(lambda, &mut ws.w);
     let residual = problem.natural_residual(lambda, &ws.w);
     if !residual.is_finite() {

@@ -30,9 +30,8 @@ impl Generator {
     fn problem(&mut self, n: usize) -> Random {
         let g: Vec<f64> = (0..n * n).map(|_| self.next()).collect();
         let shift = 10f64.powf(-1.0 + self.next());
-        let entry = |i: usize, j: usize| {
-            (0..n).map(|k| g[i * n + k] * g[j * n + k]).sum::<f64>() + shift * f64::from(i == j)
-        };
+        let entry =
+            |i: usize, j: usize| (0..n).map(|k| g[i * n + k] * g[j * n + k]).sum::<f64>() + shift * f64::from(i == j);
         let matrix = (0..n * n).map(|k| entry(k / n, k % n)).collect();
         let q = (0..n).map(|_| 3.0 * self.next()).collect();
         let mut bound = |sign: f64| {
@@ -207,12 +206,7 @@ proptest! {
 /// Two equal contacts: W is singular, the sum of the forces is all that matters.
 #[test]
 fn a_singular_matrix_is_an_error_or_a_solution() {
-    let p = Random {
-        matrix: vec![1.0, 1.0, 1.0, 1.0],
-        q: vec![-1.0, -1.0],
-        lower: vec![0.0; 2],
-        upper: vec![2.0; 2],
-    };
+    let p = Random { matrix: vec![1.0, 1.0, 1.0, 1.0], q: vec![-1.0, -1.0], lower: vec![0.0; 2], upper: vec![2.0; 2] };
     let (mut lambda, mut ws) = (vec![0.0; 2], BoxWorkspace::new());
     let error = block_pivoting(&p.problem(), &mut lambda, &PivotingSettings::default(), &mut ws).unwrap_err();
     assert_eq!(error, BoxError::NotPositiveDefinite { index: 1, pivot: 0.0 });

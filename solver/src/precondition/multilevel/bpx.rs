@@ -1,8 +1,8 @@
 //! The additive preconditioner.
 
+use super::MultilevelError;
 use super::hierarchy::BisectionHierarchy;
 use super::levels::{Level, Levels, product};
-use super::MultilevelError;
 use crate::precondition::Preconditioner;
 use crate::sparse::BlockCsr;
 use crate::subspace::Subspace;
@@ -119,7 +119,8 @@ impl<const B: usize> Preconditioner for Bpx<B> {
         for level in levels.levels.iter().rev() {
             levels.prolong(level, z);
             let corrections = corrections.as_chunks::<B>().0;
-            for (s, correction) in levels.smoothed[level.smoothed.clone()].iter().zip(&corrections[level.smoothed.clone()])
+            for (s, correction) in
+                levels.smoothed[level.smoothed.clone()].iter().zip(&corrections[level.smoothed.clone()])
             {
                 for (z, c) in z[s.node as usize].iter_mut().zip(correction) {
                     *z += c;

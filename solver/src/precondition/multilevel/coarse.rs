@@ -30,10 +30,9 @@ impl<const B: usize> Coarse<B> {
         for place in 0..self.nodes.len() {
             self.fill_row(galerkin, place);
         }
-        self.factor.factor(n, |i, j| self.dense[i * n + j]).map_err(|e| MultilevelError::Coarse {
-            node: self.nodes[e.row / B] as usize,
-            pivot: e.pivot,
-        })
+        self.factor
+            .factor(n, |i, j| self.dense[i * n + j])
+            .map_err(|e| MultilevelError::Coarse { node: self.nodes[e.row / B] as usize, pivot: e.pivot })
     }
 
     /// One block row; moves that are not allowed get a diagonal of the size of the others.

@@ -1,9 +1,9 @@
 //! What both preconditioners keep of each level: which nodes are smoothed, and with what.
 
+use super::MultilevelError;
 use super::coarse::Coarse;
 use super::galerkin::Galerkin;
-use super::hierarchy::{BisectionHierarchy, Birth};
-use super::MultilevelError;
+use super::hierarchy::{Birth, BisectionHierarchy};
 use crate::Block;
 use crate::precondition::restricted::restricted_inverse;
 use crate::sparse::BlockCsr;

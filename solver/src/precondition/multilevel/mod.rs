@@ -85,7 +85,9 @@ pub enum MultilevelError {
         listed: usize,
     },
     /// A diagonal block of a level, restricted to the allowed moves, is not positive definite.
-    #[error("pivot {pivot:e} at node {node}, level {level} from the finest: not positive definite on the allowed moves")]
+    #[error(
+        "pivot {pivot:e} at node {node}, level {level} from the finest: not positive definite on the allowed moves"
+    )]
     NotPositive {
         /// The node.
         node: usize,

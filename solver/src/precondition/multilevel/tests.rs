@@ -91,8 +91,9 @@ impl<const B: usize> Case<B> {
         let mut corrections: Vec<_> = (0..self.n()).map(|k| self.correction(&basis, k)).collect();
         let top = self.nodes.iter().map(|&p| self.generations[p as usize]).max().unwrap_or(0);
         for generation in (1..=top).rev() {
-            let births: Vec<usize> =
-                (0..self.n()).filter(|&p| self.nodes.contains(&(p as u32)) && self.generations[p] == generation).collect();
+            let births: Vec<usize> = (0..self.n())
+                .filter(|&p| self.nodes.contains(&(p as u32)) && self.generations[p] == generation)
+                .collect();
             let parents: Vec<usize> = births.iter().flat_map(|&p| self.parents[p].map(|q| q as usize)).collect();
             let mut seen = vec![];
             for &k in parents.iter().chain(&births) {
@@ -233,10 +234,7 @@ fn a_hierarchy_that_makes_no_sense_is_refused() {
         BisectionHierarchy::new(nodes.iter().copied(), parents, generations).map(|_| ())
     };
     assert_eq!(new(&[0, 1, 2, 3], &parents, &generations), Ok(()));
-    assert_eq!(
-        new(&[0], &parents, &generations[..3]),
-        Err(MultilevelError::Lengths { parents: 4, generations: 3 })
-    );
+    assert_eq!(new(&[0], &parents, &generations[..3]), Err(MultilevelError::Lengths { parents: 4, generations: 3 }));
     assert_eq!(new(&[4], &parents, &generations), Err(MultilevelError::NodeOutOfRange { node: 4, n_nodes: 4 }));
     assert_eq!(new(&[1, 1], &parents, &generations), Err(MultilevelError::Listed { node: 1 }));
     let bad = |node, parents, generation| Err(MultilevelError::Parents { node, parents, generation });

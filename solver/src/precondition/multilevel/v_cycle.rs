@@ -1,8 +1,8 @@
 //! The multiplicative preconditioner.
 
+use super::MultilevelError;
 use super::hierarchy::BisectionHierarchy;
 use super::levels::{Level, Levels, product};
-use super::MultilevelError;
 use crate::Block;
 use crate::precondition::Preconditioner;
 use crate::sparse::BlockCsr;

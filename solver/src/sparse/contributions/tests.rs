@@ -17,9 +17,7 @@ fn blocks<const B: usize>() -> impl Strategy<Value = ElementBlocks<B, 3>> {
     (proptest::collection::vec(-1.0..1.0f64, 9 * B * B), -3i32..3).prop_map(|(v, scale)| {
         let at = |a: usize, i: usize, b: usize, j: usize| v[(a * B + i) * 3 * B + b * B + j] * 10f64.powi(scale);
         std::array::from_fn(|a| {
-            std::array::from_fn(|b| {
-                std::array::from_fn(|i| std::array::from_fn(|j| at(a, i, b, j) + at(b, j, a, i)))
-            })
+            std::array::from_fn(|b| std::array::from_fn(|i| std::array::from_fn(|j| at(a, i, b, j) + at(b, j, a, i))))
         })
     })
 }
