@@ -6,7 +6,9 @@
 //! * [`subspace`]: which node may move how, and the orthogonal projection `P_W` onto the allowed moves;
 //! * [`vector`]: reductions of a fixed shape, the same bits on any number of threads and any SIMD level;
 //! * [`stop`]: the stopping rules (6.8) and (6.9) of Nienhuys (2003);
-//! * [`precondition`]: Jacobi and block Jacobi, restricted to the subspace;
+//! * [`precondition`]: Jacobi and block Jacobi, restricted to the subspace; BPX and V-cycle on bisection hierarchies;
+//! * [`complementarity`]: forces within bounds, by block pivoting or projected Gauss-Seidel;
+//! * [`condensation`]: small dense responses of a body, and exact changes of them;
 //! * [`linear`]: projected conjugate gradients;
 //! * [`energy`]: what the nonlinear methods know of a problem;
 //! * [`nonlinear`]: projected nonlinear conjugate gradients and projected Newton-CG;
