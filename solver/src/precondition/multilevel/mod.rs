@@ -12,8 +12,9 @@
 //! iterations stays bounded.
 //!
 //! * [`Bpx`] adds up the corrections: cheap, and parallel within a level;
-//! * [`VCycle`] makes them one after the other, with the residual kept up to date: about three to four times the work of a
-//!   matrix product, for a quarter of the iterations.
+//! * [`VCycle`] makes them one after the other, with the residual kept up to date: a fifth of the iterations, but each reads the
+//!   matrices of all levels twice, in an order that neither vector instructions nor threads help. Prefer it where products are
+//!   dear or the start mesh does most of the work.
 //!
 //! A level takes a whole generation at once, where a generation is one above the greatest of the nodes of the bisected patch;
 //! a parent of several births is smoothed once. Diagonal blocks are those of the exact Galerkin matrices `Pᵀ A P`, where `P`
