@@ -7,7 +7,9 @@
 //! * [`vector`]: reductions of a fixed shape, the same bits on any number of threads and any SIMD level;
 //! * [`stop`]: the stopping rules (6.8) and (6.9) of Nienhuys (2003);
 //! * [`precondition`]: Jacobi, block Jacobi, SSOR, incomplete Cholesky, Chebyshev polynomials, two-level and smoothed-aggregation
-//!   cycles with rigid moves, all restricted to the subspace;
+//!   cycles with rigid moves, BPX and V-cycle on bisection hierarchies, all restricted to the subspace;
+//! * [`complementarity`]: forces within bounds, by block pivoting or projected Gauss-Seidel;
+//! * [`condensation`]: small dense responses of a body, and exact changes of them;
 //! * [`linear`]: projected conjugate gradients;
 //! * [`energy`]: what the nonlinear methods know of a problem;
 //! * [`nonlinear`]: projected nonlinear conjugate gradients and projected Newton-CG;
@@ -54,6 +56,8 @@
 //!   gives the same bits.
 
 pub mod check;
+pub mod complementarity;
+pub mod condensation;
 pub mod dense;
 pub mod energy;
 pub mod linear;

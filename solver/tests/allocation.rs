@@ -9,6 +9,10 @@ use common::{grid, rule};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use stylet_solver::LinearOperator;
+use stylet_solver::complementarity::{
+    BoxProblem, BoxWorkspace, GaussSeidelSettings, PivotingSettings, block_pivoting, projected_gauss_seidel,
+};
+use stylet_solver::condensation::{CondensedMatrix, Prescribed, Woodbury};
 use stylet_solver::energy::{BlockHessian, Energy};
 use stylet_solver::linear::{CgSettings, CgWorkspace, projected_cg};
 use stylet_solver::nonlinear::{
@@ -18,10 +22,11 @@ use stylet_solver::nonlinear::{
 use stylet_solver::precondition::aggregation::{
     Form, Modes, SmoothedAggregation, SmoothedAggregationSettings, TwoLevel,
 };
+use stylet_solver::precondition::multilevel::{BisectionHierarchy, Bpx, VCycle};
 use stylet_solver::precondition::{
     BlockJacobi, Chebyshev, ChebyshevSettings, Identity, IncompleteCholesky, Jacobi, Preconditioner, Ssor, SsorSettings,
 };
-use stylet_solver::sparse::BlockCsr;
+use stylet_solver::sparse::{BlockCsr, ElementBlocks, ElementContributions, RefreshRule};
 use stylet_solver::stop::{Criterion, Stop};
 use stylet_solver::subspace::{Constraint, Subspace};
 
@@ -171,4 +176,80 @@ fn rewriting_a_row_in_its_place_allocates_nothing() {
     let (cols, blocks) = (cols.to_vec(), blocks.to_vec());
     let (result, count) = allocations(|| s.a.set_row(50, &cols, &blocks));
     assert_eq!((result, count), (Ok(()), 0));
+}
+
+/// Node `i` midway between `i/2` and its predecessor: a hierarchy of many levels.
+fn hierarchy(n: usize) -> BisectionHierarchy {
+    let (mut parents, mut generations) = (vec![[0; 2]; 2], vec![0u16; 2]);
+    for i in 2..n {
+        parents.push([i as u32 / 2, i as u32 / 2 - 1]);
+        generations.push(1 + generations[i / 2].max(generations[i / 2 - 1]));
+    }
+    BisectionHierarchy::new(0..n as u32, &parents, &generations).unwrap()
+}
+
+#[test]
+fn multilevel_preconditioners_allocate_nothing_once_built() {
+    let s = grid(20);
+    let h = hierarchy(400);
+    let (mut bpx, mut v) = (Bpx::new(&s.a, &s.w, &h).unwrap(), VCycle::new(&s.a, &s.w, &h).unwrap());
+    assert_eq!(cg_allocations(&bpx, 1e-10), 0);
+    assert_eq!(cg_allocations(&v, 1e-10), 0);
+    assert_eq!(allocations(|| bpx.rebuild(&s.a, &s.w, &h).unwrap()).1, 0);
+    assert_eq!(allocations(|| v.rebuild(&s.a, &s.w, &h).unwrap()).1, 0);
+}
+
+fn spring(k: f64) -> ElementBlocks<2, 2> {
+    let block = |s: f64| [[s, 0.0], [0.0, s]];
+    [[block(k), block(-k)], [block(-k), block(k)]]
+}
+
+#[test]
+fn lazy_updates_allocate_nothing_once_warm() {
+    let n = 200;
+    let mut matrix = BlockCsr::new(n + 1);
+    let mut lazy = ElementContributions::new(RefreshRule { max_replacements: 3, rows_per_update: 4 });
+    lazy.change(&mut matrix, [], (0..n).map(|e| (e, [e as u32, e as u32 + 1], spring(1.0)))).unwrap();
+    let mut update = |step: usize| {
+        let measure = |e: usize| ((e * 7 + step) % 5) as f64;
+        allocations(|| lazy.update_where(&mut matrix, measure, 2.5, |e| spring(1.0 + e as f64)).unwrap())
+    };
+    update(0);
+    for step in 1..10 {
+        let (report, count) = update(step);
+        assert!(report.elements > 50 && report.rows_refreshed > 0 && count == 0, "{report:?} {count}");
+    }
+}
+
+#[test]
+fn small_dense_methods_allocate_nothing_once_warm() {
+    let n = 12usize;
+    let matrix: Vec<f64> =
+        (0..n * n).map(|k| 1.0 / (1.0 + (k / n).abs_diff(k % n) as f64) + f64::from(k / n == k % n)).collect();
+    let q: Vec<f64> = (0..n).map(|i| (i as f64 * 1.7).sin()).collect();
+    let (lower, upper) = (vec![-0.3; n], vec![0.2; n]);
+    let problem = BoxProblem { matrix: &matrix, q: &q, lower: &lower, upper: &upper };
+    let (mut lambda, mut ws) = (vec![0.0; n], BoxWorkspace::new());
+    let mut solve = || {
+        ws.set_states(&[]);
+        block_pivoting(&problem, &mut lambda, &PivotingSettings::default(), &mut ws).unwrap();
+        lambda.fill(0.0);
+        projected_gauss_seidel(&problem, &mut lambda, &GaussSeidelSettings::default(), &mut ws).unwrap()
+    };
+    solve();
+    assert_eq!(allocations(solve).1, 0);
+
+    let mut condensed = CondensedMatrix::new(n, &matrix).unwrap();
+    let ((), count) = allocations(|| {
+        condensed.prescribe(3, Prescribed::Displacement).unwrap();
+        condensed.drift();
+        condensed.refresh().unwrap();
+    });
+    assert_eq!(count, 0);
+
+    let (u, mut woodbury) = (vec![1.0; 2 * n], Woodbury::new());
+    let mut build = || woodbury.build(n, &u, &[1.0, 0.0, 0.0, 0.0], |x| x.iter_mut().for_each(|x| *x *= 0.5)).unwrap();
+    build();
+    assert_eq!(allocations(build).1, 0);
+    assert_eq!(allocations(|| woodbury.correct(&mut lambda)).1, 0);
 }

@@ -22,6 +22,7 @@ mod block_jacobi;
 mod chebyshev;
 mod incomplete_cholesky;
 mod jacobi;
+pub mod multilevel;
 mod projected;
 mod restricted;
 mod scratch;

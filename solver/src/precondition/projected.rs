@@ -38,8 +38,7 @@ impl<const B: usize> Projected<B> {
             same &= self.matrix.row(i).0 == a.row(i).0;
             self.set_row(a, i)?;
         }
-        self.invert_diagonal()?;
-        self.frozen.refresh(&self.matrix);
+        self.complete()?;
         Ok(same)
     }
 
@@ -75,8 +74,8 @@ impl<const B: usize> Projected<B> {
         })
     }
 
-    /// `D⁺` of the present matrix.
-    pub fn invert_diagonal(&mut self) -> Result<(), PreconditionerError> {
+    /// `D⁺` of the present matrix, and its layout for products.
+    pub fn complete(&mut self) -> Result<(), PreconditionerError> {
         let n = self.matrix.n_rows();
         self.constraints.resize(n, Constraint::Free);
         self.inverses.resize(n, [[0.0; B]; B]);
@@ -84,6 +83,7 @@ impl<const B: usize> Projected<B> {
             *inverse = restricted_inverse(&self.matrix.diagonal(row), &self.constraints[row])
                 .map_err(|pivot| PreconditionerError::NotPositive { row, pivot })?;
         }
+        self.frozen.refresh(&self.matrix);
         Ok(())
     }
 }

@@ -7,10 +7,12 @@
 
 mod arena;
 mod block_csr;
+mod contributions;
 mod convert;
 mod frozen;
 mod kernel;
 
 pub use block_csr::{BlockCsr, SparseError};
+pub use contributions::{ContributionError, ElementBlocks, ElementContributions, LazyReport, RefreshRule};
 pub use convert::ScalarCsr;
 pub use frozen::Frozen;

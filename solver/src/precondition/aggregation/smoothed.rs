@@ -147,7 +147,7 @@ impl<const B: usize, const M: usize> SmoothedAggregation<B, M> {
             if depth == self.coarser.len() {
                 return self.coarsest.factor();
             }
-            self.coarser[depth].problem.a.invert_diagonal()?;
+            self.coarser[depth].problem.a.complete()?;
             depth += 1;
         }
     }
