@@ -2,6 +2,10 @@
 
 mod common;
 
+mod constrained;
+mod many_cg;
+mod minres;
 mod newton;
 mod nonlinear_cg;
+mod null_space;
 mod projected_cg;
