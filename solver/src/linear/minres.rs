@@ -8,8 +8,9 @@ use crate::subspace::Subspace;
 use crate::team::Team;
 use crate::vector::{axpy, norm2};
 
-/// `‖A r‖ / (‖A‖ ‖r‖)`, in the norms of the preconditioner, at which `r` counts as orthogonal to the range of `A`.
-const LEAST_SQUARES: f64 = 1e-13;
+/// `‖A r‖ / (‖A‖ ‖r‖)`, in the norms of the preconditioner, at which `r` counts as orthogonal to the range of `A`: `√ε`. Rounding
+/// keeps this ratio from falling much further where `b` is not in the range, and then drives the iterate along the kernel.
+const LEAST_SQUARES: f64 = 1.5e-8;
 /// `|‖A v‖² − vᵀA(A v)|`, relative to its bound, at which the operator counts as unsymmetric.
 const ASYMMETRY: f64 = 1e-7;
 
@@ -94,7 +95,8 @@ impl MinresWorkspace {
 /// `b` and `x` have length `n = a.dim() = w.dim()`. On entry `x` satisfies the constraints, on exit it holds the best iterate,
 /// moved within `W` alone. `A` must be symmetric: it may be indefinite, and singular as long as `b` lies in its range; `M` must
 /// be positive definite on `W`. Where `b` does not lie in the range, or the tolerance is below what rounding allows, the solve
-/// ends as [`Stop::Stalled`] with the least-squares iterate. The residual of the recurrence is not taken at its word: it is
+/// ends as [`Stop::Stalled`] with the least-squares iterate; so does one whose residual lies along eigenvectors with eigenvalues
+/// below `1.5e-8 ‖A‖`, which are told from a kernel only by a better preconditioner. The residual of the recurrence is not taken at its word: it is
 /// evaluated before a solve counts as converged, and the method restarts from it where they differ.
 ///
 /// Symmetry is tested on the first direction alone, for one product more: an operator that fails is unsymmetric, one that
@@ -121,7 +123,7 @@ pub fn minres<const B: usize>(
     check_length("x", x.len(), n)?;
     let external_norm = finite(norm2(b), "b", b, 0)?;
     ws.resize(n, B * w.n_constrained());
-    Solve { a, m, w, b, external_norm, settings, iterations: 0, products: 0 }.run(x, ws)
+    Solve { a, m, w, b, external_norm, settings, iterations: 0, products: 0, norm: 0.0 }.run(x, ws)
 }
 
 struct Solve<'a, const B: usize, A: ?Sized, M: ?Sized> {
@@ -133,6 +135,8 @@ struct Solve<'a, const B: usize, A: ?Sized, M: ?Sized> {
     settings: &'a KrylovSettings,
     iterations: usize,
     products: usize,
+    /// Largest norm of a Lanczos matrix so far, Frobenius: an estimate of `‖A‖`.
+    norm: f64,
 }
 
 /// Residual and reaction norms of an iterate, and the threshold that follows.
@@ -145,10 +149,8 @@ struct Measure {
 
 /// Why a run of the recurrence ended.
 enum Ended {
-    /// Its residual is small enough, or there are no more directions.
-    Small,
-    /// The residual is orthogonal to the range of `A`.
-    LeastSquares,
+    /// Its residual is small enough or orthogonal to the range of `A`, or there are no more directions.
+    Exhausted,
     Budget,
 }
 
@@ -181,8 +183,8 @@ impl<const B: usize, A: LinearOperator + ?Sized, M: Preconditioner + ?Sized> Sol
             let stop = match ended {
                 _ if now.residual <= now.threshold => Stop::Converged,
                 Ended::Budget => Stop::IterationLimit,
-                Ended::Small if now.residual <= 0.5 * before.residual => continue,
-                Ended::Small | Ended::LeastSquares => Stop::Stalled,
+                Ended::Exhausted if now.residual <= 0.5 * before.residual => continue,
+                Ended::Exhausted => Stop::Stalled,
             };
             x.copy_from_slice(&ws.best);
             return Ok(self.report(stop, best));
@@ -211,9 +213,9 @@ impl<const B: usize, A: LinearOperator + ?Sized, M: Preconditioner + ?Sized> Sol
         let mut beta_before = 1.0;
         let mut t = Rotation { c: -1.0, s: 0.0, dbar: 0.0, epsilon: 0.0, phibar: beta };
         let (mut gamma1, mut gamma2) = (1.0, 1.0);
-        let mut norm_square = 0.0; // of the Lanczos matrix, Frobenius
+        let mut norm_square = 0.0; // of this Lanczos matrix
         if beta == 0.0 {
-            return Ok(Ended::LeastSquares); // the residual underflows
+            return Ok(Ended::Exhausted); // the residual underflows
         }
         while self.iterations < self.settings.max_iterations {
             self.iterations += 1;
@@ -221,7 +223,8 @@ impl<const B: usize, A: LinearOperator + ?Sized, M: Preconditioner + ?Sized> Sol
             let alpha = self.lanczos(ws, beta, beta_before)?;
             (beta_before, beta) = (beta, self.precondition(ws)?);
             norm_square += alpha * alpha + 2.0 * beta * beta;
-            let norm = norm_square.sqrt();
+            self.norm = self.norm.max(norm_square.sqrt());
+            let norm = self.norm;
             if beta <= f64::EPSILON * norm {
                 beta = 0.0;
             }
@@ -234,7 +237,7 @@ impl<const B: usize, A: LinearOperator + ?Sized, M: Preconditioner + ?Sized> Sol
             t.dbar = -t.c * beta;
             let gamma = gbar.hypot(beta);
             if gbar.hypot(t.dbar) <= LEAST_SQUARES * norm || gamma <= f64::EPSILON * norm {
-                return Ok(Ended::LeastSquares);
+                return Ok(Ended::Exhausted);
             }
             (t.c, t.s) = (gbar / gamma, beta / gamma);
             let phi = t.c * t.phibar;
@@ -257,7 +260,7 @@ impl<const B: usize, A: LinearOperator + ?Sized, M: Preconditioner + ?Sized> Sol
             let residual = self.recurred_residual(ws, &t, beta);
             let now = self.measure(residual, ws)?;
             if now.residual <= now.threshold || beta == 0.0 {
-                return Ok(Ended::Small);
+                return Ok(Ended::Exhausted);
             }
         }
         Ok(Ended::Budget)

@@ -1,7 +1,7 @@
 //! Constraints `C x = d`: four methods against the dense solution of the coupled system, and against each other.
 
 use crate::common::kkt::{Constrained, constrained, dense_kkt};
-use crate::common::{distance, from_dense, grid, krylov, residual, rule};
+use crate::common::{distance, from_dense, grid, krylov, residual};
 use proptest::prelude::*;
 use stylet_solver::linear::{
     CgSettings, ConstrainedError, ConstrainedWorkspace, ConstraintError, ConstraintPreconditioner, Constraints,

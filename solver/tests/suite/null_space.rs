@@ -220,7 +220,7 @@ fn bad_input_is_refused_with_its_place() {
     form.set_small(small.clone()).unwrap();
     assert!(matches!(form.refresh(&BlockCsr::new(2)), Err(NullSpaceError::Vector(VectorError::Length { .. }))));
     let m = BlockJacobi::new(&big, &w).unwrap();
-    let mut run = |b: &[f64], b_small: &[f64], g: &[f64]| {
+    let run = |b: &[f64], b_small: &[f64], g: &[f64]| {
         let mut ws = NullSpaceWorkspace::new();
         null_space_cg(&form, &big, &m, (b, b_small, g), (&mut [0.0; 6], &mut [0.0; 4]), &settings(1e-6), &mut ws)
     };
