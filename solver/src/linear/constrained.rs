@@ -1,7 +1,7 @@
 //! Projected conjugate gradients under constraints `C x = d`, preconditioned by the constraints themselves.
 
 use super::constraints::{ConstraintError, Constraints};
-use super::krylov::{KrylovSettings, VectorError, check_length, finite, not_positive};
+use super::krylov::{KrylovSettings, UNDERFLOW, VectorError, check_length, finite, not_positive};
 use super::row_reduction::RowReduction;
 use super::schur::Schur;
 use crate::LinearOperator;
@@ -318,14 +318,14 @@ impl<const B: usize, A: LinearOperator + ?Sized> Solve<'_, B, A> {
         ws.p.copy_from_slice(&ws.z);
         while self.iterations < self.settings.max_iterations {
             // Step.
+            if now.rz < UNDERFLOW {
+                return Ok((Stop::Stalled, now));
+            }
             self.iterations += 1;
             let curvature = self.a.apply_dot_on(&ws.team, &ws.p, &mut ws.q);
             self.products += 1;
             if !(curvature > 0.0 && curvature.is_finite()) {
                 finite(curvature, "A p", &ws.q, self.iterations)?;
-                if now.rz < f64::MIN_POSITIVE / f64::EPSILON {
-                    return Ok((Stop::Stalled, now)); // its square underflows: nothing is left to minimise
-                }
                 return Err(ConstrainedError::NegativeCurvature { iteration: self.iterations, curvature });
             }
             let alpha = now.rz / curvature;

@@ -1,7 +1,7 @@
 //! The indefinite system `[A Cᵀ; C 0]` as it stands: conjugate gradients as published, and MINRES.
 
 use super::constraints::{ConstraintError, Constraints};
-use super::krylov::{KrylovSettings, VectorError, check_length, finite, not_positive};
+use super::krylov::{KrylovSettings, UNDERFLOW, VectorError, check_length, finite, not_positive};
 use super::minres::{MinresError, MinresWorkspace, minres};
 use crate::LinearOperator;
 use crate::precondition::Preconditioner;
@@ -257,6 +257,10 @@ impl<const B: usize, A: LinearOperator + ?Sized, M: Preconditioner + ?Sized> Ind
         let mut stop = Stop::IterationLimit;
         while self.iterations < max_iterations {
             // Step.
+            if rz < UNDERFLOW {
+                stop = Stop::Stalled;
+                break;
+            }
             self.iterations += 1;
             let curvature = self.k.apply_dot_on(&ws.team, &ws.p, &mut ws.q);
             self.products += 1;

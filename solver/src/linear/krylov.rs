@@ -78,7 +78,10 @@ pub(super) fn finite(sum: f64, what: &'static str, v: &[f64], iteration: usize) 
     })
 }
 
+/// Below this a square is not to be divided by: it has lost digits to underflow, and nothing is left to minimise.
+pub(super) const UNDERFLOW: f64 = f64::MIN_POSITIVE / f64::EPSILON;
+
 /// Whether `rᵀM⁻¹r = value` tells of a preconditioner that is not positive definite, and not of a residual that underflows.
 pub(super) fn not_positive(value: f64, rr: f64) -> bool {
-    value < 0.0 || (value == 0.0 && rr > f64::MIN_POSITIVE / f64::EPSILON)
+    value < 0.0 || (value == 0.0 && rr > UNDERFLOW)
 }

@@ -1,6 +1,6 @@
 //! Conjugate gradients on several right sides that share their products.
 
-use super::krylov::{KrylovReport, KrylovSettings, VectorError, check_length, finite, not_positive};
+use super::krylov::{KrylovReport, KrylovSettings, UNDERFLOW, VectorError, check_length, finite, not_positive};
 use crate::LinearOperator;
 use crate::precondition::Preconditioner;
 use crate::stop::{Stop, StopRuleError};
@@ -229,10 +229,6 @@ impl<const B: usize, A: LinearOperator + ?Sized, M: Preconditioner + ?Sized> Sol
         let curvature = team.dot(&column.p, &column.q);
         if !(curvature > 0.0 && curvature.is_finite()) {
             finite(curvature, "A p", &column.q, iteration).map_err(at(c))?;
-            if column.rz < f64::MIN_POSITIVE / f64::EPSILON {
-                column.stop = Some(Stop::Stalled); // its square underflows: nothing is left to minimise
-                return Ok(());
-            }
             return Err(ManyCgError::NotPositiveDefinite { column: c, iteration, curvature });
         }
         let alpha = column.rz / curvature;
@@ -303,7 +299,7 @@ impl<const B: usize, A: LinearOperator + ?Sized, M: Preconditioner + ?Sized> Sol
         Ok(())
     }
 
-    /// `z ← P_W M⁻¹ r` and `rᵀz`.
+    /// `z ← P_W M⁻¹ r` and `rᵀz`; a column whose `rᵀz` underflows is done.
     fn precondition(&self, team: &Team, c: usize, column: &mut Column) -> Result<(), ManyCgError> {
         self.m.apply_on(team, &column.r, &mut column.z);
         self.w.project(&mut column.z);
@@ -311,6 +307,9 @@ impl<const B: usize, A: LinearOperator + ?Sized, M: Preconditioner + ?Sized> Sol
         column.rz = finite(value, "M⁻¹ r", &column.z, iteration).map_err(at(c))?;
         if not_positive(value, column.now.residual * column.now.residual) {
             return Err(ManyCgError::PreconditionerNotPositive { column: c, iteration, value });
+        }
+        if value < UNDERFLOW {
+            column.stop = Some(Stop::Stalled);
         }
         Ok(())
     }

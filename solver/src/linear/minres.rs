@@ -1,6 +1,6 @@
 //! MINRES: symmetric systems that need not be definite, nor regular.
 
-use super::krylov::{KrylovReport, KrylovSettings, VectorError, check_length, finite, not_positive};
+use super::krylov::{KrylovReport, KrylovSettings, UNDERFLOW, VectorError, check_length, finite, not_positive};
 use crate::LinearOperator;
 use crate::precondition::Preconditioner;
 use crate::stop::{Stop, StopRuleError};
@@ -214,8 +214,8 @@ impl<const B: usize, A: LinearOperator + ?Sized, M: Preconditioner + ?Sized> Sol
         let mut t = Rotation { c: -1.0, s: 0.0, dbar: 0.0, epsilon: 0.0, phibar: beta };
         let (mut gamma1, mut gamma2) = (1.0, 1.0);
         let mut norm_square = 0.0; // of this Lanczos matrix
-        if beta == 0.0 {
-            return Ok(Ended::Exhausted); // the residual underflows
+        if beta * beta < UNDERFLOW {
+            return Ok(Ended::Exhausted);
         }
         while self.iterations < self.settings.max_iterations {
             self.iterations += 1;

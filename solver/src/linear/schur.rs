@@ -18,7 +18,7 @@ pub(super) struct Schur {
 enum Factor {
     Dense(Cholesky),
     #[cfg(feature = "direct")]
-    Sparse(sparse::SparseFactor),
+    Sparse(Box<sparse::SparseFactor>),
 }
 
 impl Schur {
@@ -113,7 +113,7 @@ fn dense(m: usize, entries: &[(usize, usize, f64)]) -> Result<Factor, Constraint
 
 #[cfg(feature = "direct")]
 fn large(m: usize, entries: &[(usize, usize, f64)]) -> Result<Factor, ConstraintError> {
-    Ok(Factor::Sparse(sparse::SparseFactor::new(m, entries, RANK)?))
+    Ok(Factor::Sparse(Box::new(sparse::SparseFactor::new(m, entries, RANK)?)))
 }
 
 #[cfg(not(feature = "direct"))]

@@ -318,6 +318,28 @@ fn nothing_to_solve_is_solved() {
 }
 
 #[test]
+fn a_residual_that_underflows_is_no_error() {
+    // Nothing pulls and nothing is held: the threshold is zero, and the residual falls for as long as it can.
+    let a = from_dense::<2>(4, |i, j| if i == j { 1.0 + i as f64 } else { 0.1 });
+    let (w, b, start) = (Subspace::new(4), [0.0; 8], [1.0; 8]);
+    let mut c = Constraints::new(8);
+    c.push(&[0, 5], &[1.0, 2.0], 0.0).unwrap();
+    let settings = krylov(1e-6, Criterion::External);
+    let m = ConstraintPreconditioner::new(&a, &w, &c).unwrap();
+    let k = KktOperator::new(&a, &w, &c).unwrap();
+    let (mut x, mut lambda) = (start, [0.0]);
+    let report = constrained_cg(&a, &m, &b, &mut x, &mut lambda, &settings, &mut ConstrainedWorkspace::new()).unwrap();
+    assert!(report.stop != Stop::IterationLimit && norm2(&x) < 1e-12, "{report:?}");
+    let (mut x, mut lambda) = (start, [0.0]);
+    let report = kkt_cg(&k, &SchurDiagonal(&m), &b, &mut x, &mut lambda, &settings, &mut KktWorkspace::new()).unwrap();
+    assert!(report.stop != Stop::IterationLimit && norm2(&x) < 1e-12, "{report:?}");
+    let (mut x, mut lambda) = (start, [0.0]);
+    let report =
+        kkt_minres(&k, &SchurDiagonal(&m), &b, &mut x, &mut lambda, &settings, &mut KktWorkspace::new()).unwrap();
+    assert!(report.stop != Stop::IterationLimit && norm2(&x) < 1e-12, "{report:?}");
+}
+
+#[test]
 fn threads_do_not_change_a_bit() {
     let s = tied_grid(130, 40);
     let (a, w, b) = (&s.system.a, &s.system.w, &s.system.b);

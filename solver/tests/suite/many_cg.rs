@@ -45,14 +45,28 @@ fn check<const B: usize>(s: &System<B>, m: &impl Preconditioner, settings: &Kryl
         many_cg(&s.a, m, &s.w, (&b[range.clone()], &mut one), &mut report, settings, &mut ManyCgWorkspace::new())
             .unwrap();
         assert_eq!((&one[..], report[0]), (&x[range.clone()], reports[c]));
+        if reports[c].threshold == 0.0 {
+            // Neither forces nor reactions: the residual falls until its square underflows.
+            assert!(reports[c].residual_norm < 1e-140, "{:?}", reports[c]);
+            continue;
+        }
         // The steps of the method for one right side.
         let mut y = s.x0.clone();
         let cg = CgSettings { stop: settings.stop, max_iterations: settings.max_iterations };
         let expected = projected_cg(&s.a, m, &s.w, &b[range.clone()], &mut y, &cg, &mut CgWorkspace::new()).unwrap();
-        // The matrix adds up pᵀA p in another order: where rounding decides, the counts may differ.
-        assert_eq!(reports[c].stop, expected.stop);
-        assert!(expected.stop == Stop::Stalled || reports[c].iterations == expected.iterations);
-        assert!(distance(&x[range], &y) <= 1e-10 * (norm2(&y) + norm2(&s.x0)));
+        // The matrix adds up pᵀA p in another order. Where a solve takes as many steps as there are unknowns, or goes down to
+        // rounding (its residual is then evaluated on the way), the count may differ by that.
+        let verified = expected.products > expected.iterations + 1;
+        let apart = reports[c].iterations.abs_diff(expected.iterations);
+        let most = usize::from(expected.iterations >= n / 2);
+        assert!(
+            verified || (reports[c].stop == expected.stop && apart <= most),
+            "{:?} is not {expected:?}",
+            reports[c]
+        );
+        // No eigenvalue of these matrices is below 0.1: that bounds how far apart the two may be.
+        let apart = (reports[c].residual_norm + expected.residual_norm) / 0.1;
+        assert!(distance(&x[range], &y) <= apart + 1e-12 * (norm2(&y) + norm2(&s.x0)));
     }
     // From the solutions there is nothing to do.
     let looser = krylov(1e-4, Criterion::Reaction);
