@@ -27,6 +27,27 @@ pub trait LinearOperator<T: Real = f64>: Sync {
         self.apply(x, y);
     }
 
+    /// Overwrites `y` with the products of `k` vectors, all interleaved: entry `i` of vector `c` is `x[i * k + c]`. Each product
+    /// has the bits of [`apply`](Self::apply). `scratch` holds at least `2 dim` entries and is overwritten.
+    ///
+    /// This default takes one vector after the other; an operator whose matrix is read once for all of them is faster.
+    ///
+    /// # Panics
+    /// If `scratch` is too short.
+    fn apply_many(&self, team: &Team, k: usize, x: &[T], y: &mut [T], scratch: &mut [T]) {
+        let n = self.dim();
+        let (one, product) = scratch[..2 * n].split_at_mut(n);
+        for c in 0..k {
+            for (one, group) in one.iter_mut().zip(x.chunks_exact(k)) {
+                *one = group[c];
+            }
+            self.apply_on(team, one, product);
+            for (product, group) in product.iter().zip(y.chunks_exact_mut(k)) {
+                group[c] = *product;
+            }
+        }
+    }
+
     /// [`apply_dot`](Self::apply_dot) by all members of a team, with the same bits.
     fn apply_dot_on(&self, team: &Team, x: &[T], y: &mut [T]) -> f64 {
         self.apply_on(team, x, y);

@@ -55,6 +55,19 @@ impl<const B: usize> Constraint<B> {
         }
     }
 
+    /// An orthonormal basis of the allowed moves, and their number: [`dofs`](Self::dofs); vectors beyond it are zero.
+    #[must_use]
+    pub fn basis(&self) -> ([[f64; B]; B], usize) {
+        let mut basis = [[0.0; B]; B];
+        match self {
+            Self::Free => (0..B).for_each(|k| basis[k][k] = 1.0),
+            Self::Fixed => {}
+            Self::Line(t) => basis[0] = *t,
+            Self::Plane(n) => plane_basis(n, &mut basis),
+        }
+        (basis, self.dofs())
+    }
+
     /// The same constraint with its direction scaled to unit length; `Err` holds a length that is not one.
     fn normalised(self) -> Result<Self, f64> {
         Ok(match self {
@@ -257,6 +270,17 @@ impl<const B: usize> Subspace<B> {
 #[inline]
 fn inner<const B: usize>(a: &[f64; B], b: &[f64; B]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// Columns of the reflection that takes the unit vector `n` to an axis; that axis' own column is left out.
+fn plane_basis<const B: usize>(n: &[f64; B], basis: &mut [[f64; B]; B]) {
+    let axis = (0..B).fold(0, |best, k| if n[k].abs() > n[best].abs() { k } else { best });
+    let mut v = *n;
+    v[axis] += n[axis].signum();
+    let square = inner(&v, &v);
+    for (vector, column) in basis.iter_mut().zip((0..B).filter(|k| *k != axis)) {
+        *vector = std::array::from_fn(|k| f64::from(k == column) - 2.0 * v[k] * v[column] / square);
+    }
 }
 
 /// `v / |v|`, or the length that is not one. A vector that is a unit vector up to rounding stays as it is, so that

@@ -199,10 +199,14 @@ fn chunk_update_dot<T: Real>(alpha: T, q: &[T], r: &mut [T]) -> f64 {
     let (r, r_rest) = r.as_chunks_mut::<LANES>();
     let mut lanes = [T::ZERO; LANES];
     for (q, r) in q.iter().zip(r) {
+        let mut new = *r; // a copy of known length: updated in place, the lanes became scalar code
         for k in 0..LANES {
-            r[k] -= alpha * q[k];
-            lanes[k] += r[k] * r[k];
+            new[k] -= alpha * q[k];
         }
+        for k in 0..LANES {
+            lanes[k] += new[k] * new[k];
+        }
+        *r = new;
     }
     for (lane, (q, r)) in lanes.iter_mut().zip(q_rest.iter().zip(r_rest)) {
         *r -= alpha * *q;

@@ -5,7 +5,7 @@
 mod common;
 
 use common::energies::{Chain, Law};
-use common::{grid, rule};
+use common::{grid, krylov, rule};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use stylet_solver::LinearOperator;
@@ -14,7 +14,12 @@ use stylet_solver::complementarity::{
 };
 use stylet_solver::condensation::{CondensedMatrix, Prescribed, Woodbury};
 use stylet_solver::energy::{BlockHessian, Energy};
-use stylet_solver::linear::{CgSettings, CgWorkspace, projected_cg};
+use stylet_solver::linear::{
+    CgSettings, CgWorkspace, ConstrainedWorkspace, ConstraintPreconditioner, Constraints, Elimination,
+    EliminationWorkspace, KktOperator, KktWorkspace, KrylovReport, ManyCgWorkspace, MinresWorkspace, NullSpace,
+    NullSpaceWorkspace, SchurDiagonal, constrained_cg, elimination_cg, kkt_cg, kkt_minres, many_cg, minres,
+    null_space_cg, projected_cg,
+};
 use stylet_solver::nonlinear::{
     Linearization, NewtonSettings, NewtonWorkspace, NonlinearCgSettings, NonlinearCgWorkspace, StepModel, newton_cg,
     nonlinear_cg,
@@ -252,4 +257,113 @@ fn small_dense_methods_allocate_nothing_once_warm() {
     build();
     assert_eq!(allocations(build).1, 0);
     assert_eq!(allocations(|| woodbury.correct(&mut lambda)).1, 0);
+}
+
+/// Allocations of the second of two equal calls, which succeed.
+fn second<T, E: std::fmt::Debug>(mut solve: impl FnMut() -> Result<T, E>) -> usize {
+    solve().unwrap();
+    let (result, count) = allocations(solve);
+    result.unwrap();
+    count
+}
+
+/// Pairs of the grid's nodes, held together.
+fn pairs(s: &common::System<2>, count: usize) -> Constraints {
+    let mut c = Constraints::new(s.b.len());
+    let free: Vec<usize> = (0..s.a.n_rows()).filter(|v| v % 4 == 1 && s.w.get(*v) == Constraint::Free).collect();
+    for k in 0..count {
+        let entry = 2 * free[k / 2] + k % 2;
+        c.push(&[entry, entry + 2], &[1.0, -1.0], 0.01).unwrap();
+    }
+    c
+}
+
+#[test]
+fn warm_indefinite_and_constrained_solves_allocate_nothing() {
+    // With `direct` the second system's Schur matrix is factored sparsely.
+    for (s, rows) in [(grid(20), 30), (grid(70), if cfg!(feature = "direct") { 1000 } else { 500 })] {
+        let settings = krylov(1e-8, Criterion::Reaction);
+        let cg = CgSettings { stop: settings.stop, max_iterations: 1000 };
+        let block = BlockJacobi::new(&s.a, &s.w).unwrap();
+        let c = pairs(&s, rows);
+        let m = ConstraintPreconditioner::new(&s.a, &s.w, &c).unwrap();
+        let k = KktOperator::new(&s.a, &s.w, &c).unwrap();
+        let e = Elimination::new(&s.a, &s.w, &c).unwrap();
+        let (mut x, mut lambda) = (s.x0.clone(), vec![0.0; rows]);
+
+        let mut ws = MinresWorkspace::new();
+        assert_eq!(second(|| minres(&s.a, &block, &s.w, &s.b, &mut x, &settings, &mut ws)), 0);
+        x.copy_from_slice(&s.x0);
+        let mut ws = ConstrainedWorkspace::new();
+        let solve = || {
+            x.copy_from_slice(&s.x0);
+            constrained_cg(&s.a, &m, &s.b, &mut x, &mut lambda, &settings, &mut ws)
+        };
+        assert_eq!(second(solve), 0);
+        let mut ws = KktWorkspace::new();
+        let solve = || {
+            x.copy_from_slice(&s.x0);
+            kkt_cg(&k, &SchurDiagonal(&m), &s.b, &mut x, &mut lambda, &settings, &mut ws)?;
+            x.copy_from_slice(&s.x0);
+            kkt_minres(&k, &SchurDiagonal(&m), &s.b, &mut x, &mut lambda, &settings, &mut ws)
+        };
+        assert_eq!(second(solve), 0);
+        let mut ws = EliminationWorkspace::new();
+        let solve = || {
+            x.copy_from_slice(&s.x0);
+            elimination_cg(&s.a, &e, &s.b, &mut x, &cg, &mut ws)
+        };
+        assert_eq!(second(solve), 0);
+    }
+}
+
+#[test]
+fn warm_solves_of_many_right_sides_allocate_nothing() {
+    let s = grid(20);
+    let (b, mut ws) = (s.b.repeat(3), ManyCgWorkspace::new());
+    let none = KrylovReport {
+        stop: Stop::Stalled,
+        iterations: 0,
+        products: 0,
+        residual_norm: 0.0,
+        reaction_norm: 0.0,
+        threshold: 0.0,
+    };
+    let (mut x, mut reports) = (s.x0.repeat(3), [none; 3]);
+    let settings = krylov(1e-8, Criterion::Reaction);
+    let solve = || {
+        x.fill(0.0);
+        many_cg(&s.a, &Identity, &s.w, (&b, &mut x), &mut reports, &settings, &mut ws)
+    };
+    assert_eq!(second(solve), 0);
+}
+
+#[test]
+fn a_change_of_state_of_a_coupled_body_allocates_nothing() {
+    let (s, small) = (grid(20), grid(3));
+    let m = BlockJacobi::new(&s.a, &s.w).unwrap();
+    let attachments: Vec<Vec<(usize, f64)>> = (0..9).map(|i| vec![(25 + 40 * i, 0.5), (26 + 40 * i, 0.5)]).collect();
+    let states = [Constraint::Free, Constraint::Fixed, Constraint::Line([0.6, 0.8])];
+    let mut form = NullSpace::new(&s.a, &s.w, small.a.clone(), attachments, &[Constraint::Fixed; 9]).unwrap();
+    let (mut u, mut v, g, mut ws) = (s.x0.clone(), small.x0.clone(), vec![0.0; 18], NullSpaceWorkspace::new());
+    let settings = CgSettings { stop: rule(1e-8, Criterion::External), max_iterations: 1000 };
+    let mut solve = |form: &NullSpace<2>| {
+        u.fill(0.0);
+        v.fill(0.0);
+        null_space_cg(form, &s.a, &m, (&s.b, &small.b, &g), (&mut u, &mut v), &settings, &mut ws).unwrap()
+    };
+    // Memory grows to that of the states with the most unknowns and with the most ties once.
+    for state in [Constraint::Fixed, Constraint::Free] {
+        (0..9).for_each(|node| form.set_free(node, state).unwrap());
+        solve(&form);
+    }
+    let (_, count) = allocations(|| {
+        for node in 0..9 {
+            for state in states {
+                form.set_free(node, state).unwrap();
+            }
+            solve(&form);
+        }
+    });
+    assert_eq!(count, 0);
 }

@@ -2,8 +2,12 @@
 
 mod common;
 
+mod constrained;
+mod many_cg;
+mod minres;
 mod model_systems;
 mod newton;
 mod nonlinear_cg;
+mod null_space;
 mod preconditioners;
 mod projected_cg;

@@ -129,7 +129,7 @@ fn stiffness(a: &[f64; 3], b: &[f64; 3], volume: f64, lambda: f64, mu: f64) -> B
 }
 
 /// Gradients of the hat functions, and the volume.
-fn gradients(x: [[f64; 3]; 4]) -> ([[f64; 3]; 4], f64) {
+pub(super) fn gradients(x: [[f64; 3]; 4]) -> ([[f64; 3]; 4], f64) {
     let e: [[f64; 3]; 3] = std::array::from_fn(|k| std::array::from_fn(|c| x[k + 1][c] - x[0][c]));
     let cross = |a: [f64; 3], b: [f64; 3]| -> [f64; 3] {
         std::array::from_fn(|k| a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3])

@@ -3,6 +3,8 @@
 
 pub mod elasticity;
 pub mod energies;
+pub mod kkt;
+pub mod needle;
 
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
@@ -115,4 +117,26 @@ pub fn grid(n: usize) -> System<2> {
     }
     let b = (0..2 * n * n).map(|k| ((k * k) as f64 * 0.37).sin()).collect();
     System { a, w, b, x0: vec![0.0; 2 * n * n] }
+}
+
+/// `P_W` as a dense matrix.
+pub fn projector<const B: usize>(w: &Subspace<B>) -> Mat<f64> {
+    let n = w.dim();
+    let mut columns = vec![0.0; n * n];
+    for (k, column) in columns.chunks_mut(n.max(1)).enumerate() {
+        column[k] = 1.0;
+        w.project(column);
+    }
+    Mat::from_fn(n, n, |i, j| columns[j * n + i])
+}
+
+/// `b − A x`.
+pub fn residual<const B: usize>(a: &BlockCsr<B>, b: &[f64], x: &[f64]) -> Vec<f64> {
+    let mut ax = vec![0.0; x.len()];
+    stylet_solver::LinearOperator::apply(a, x, &mut ax);
+    b.iter().zip(&ax).map(|(b, ax)| b - ax).collect()
+}
+
+pub fn krylov(tolerance: f64, criterion: Criterion) -> stylet_solver::linear::KrylovSettings {
+    stylet_solver::linear::KrylovSettings { stop: rule(tolerance, criterion), max_iterations: 5_000 }
 }
