@@ -7,7 +7,8 @@
 //! * [`vector`]: reductions of a fixed shape, the same bits on any number of threads and any SIMD level;
 //! * [`stop`]: the stopping rules (6.8) and (6.9) of Nienhuys (2003);
 //! * [`precondition`]: Jacobi and block Jacobi, restricted to the subspace;
-//! * [`linear`]: projected conjugate gradients;
+//! * [`linear`]: projected conjugate gradients, for one and for several right sides; MINRES; systems with constraints `C x = d`;
+//!   a stiff body coupled to a soft one;
 //! * [`energy`]: what the nonlinear methods know of a problem;
 //! * [`nonlinear`]: projected nonlinear conjugate gradients and projected Newton-CG;
 //! * [`check`]: Taylor tests for gradients and Hessians.
