@@ -11,6 +11,9 @@
 //! * [`complementarity`]: forces within bounds, by block pivoting or projected Gauss-Seidel;
 //! * [`condensation`]: small dense responses of a body, and exact changes of them;
 //! * [`linear`]: projected conjugate gradients;
+//! * [`precondition`]: Jacobi and block Jacobi, restricted to the subspace;
+//! * [`linear`]: projected conjugate gradients, for one and for several right sides; MINRES; systems with constraints `C x = d`;
+//!   a stiff body coupled to a soft one;
 //! * [`energy`]: what the nonlinear methods know of a problem;
 //! * [`nonlinear`]: projected nonlinear conjugate gradients and projected Newton-CG;
 //! * [`check`]: Taylor tests for gradients and Hessians.

@@ -133,6 +133,7 @@ fn tied_grid(n: usize, count: usize) -> Constrained<2> {
     Constrained { system, c }
 }
 
+#[cfg(feature = "direct")]
 #[test]
 fn many_constraints_are_factored_sparsely() {
     let s = tied_grid(70, 1000); // above the dense limit
@@ -151,6 +152,14 @@ fn many_constraints_are_factored_sparsely() {
     c.push(&[c.row(40).0[0], c.row(40).0[1]], &[-2.0, 2.0], 0.0).unwrap();
     let error = ConstraintPreconditioner::new(a, w, &c).unwrap_err();
     assert_eq!(error, ConstraintError::Dependent { row: 1000 }.into());
+}
+
+#[cfg(not(feature = "direct"))]
+#[test]
+fn many_constraints_need_a_sparse_factor() {
+    let s = tied_grid(70, 1000);
+    let error = ConstraintPreconditioner::new(&s.system.a, &s.system.w, &s.c).unwrap_err();
+    assert_eq!(error, ConstraintError::TooMany { rows: 1000, limit: 800 }.into());
 }
 
 #[test]

@@ -91,7 +91,6 @@ fn a_needle_costs_no_iterations_in_equilibrium() {
 }
 
 #[test]
-#[ignore = "long"]
 fn a_needle_costs_no_iterations_in_equilibrium_nearly_incompressible() {
     [0.45, 0.49].iter().for_each(|&poisson| check(poisson, None, 1));
 }
@@ -113,7 +112,7 @@ fn conjugate_gradients_on_the_coupled_matrix_take_a_hundred_times_more() {
     println!("{report:?}");
     let (alone, coupled) = counts(&cube, Some(1e-3), Mesh::Inside, &[vec![0; 20]]);
     println!("alone {alone}, null space {coupled:?}");
-    assert!(report.iterations > 50 * coupled[0], "{report:?} against {coupled:?}");
+    assert!(report.iterations > 100 * coupled[0], "{report:?} against {coupled:?}");
 }
 
 /// A big body, a small one that may be singular, attachments, states, forces and offsets.

@@ -30,7 +30,7 @@ pub enum Mesh {
 }
 
 impl Needle {
-    /// `n` nodes, the first outside of the cube and held by a hand as stiff as the needle. `dt` is the time step of Newmark's
+    /// Up to `n` nodes, the first outside of the cube and held by a hand as stiff as the needle. `dt` is the time step of Newmark's
     /// rule; without it the needle is in equilibrium.
     pub fn new(cube: &Cube, n: usize, dt: Option<f64>, mesh: Mesh) -> Self {
         let cells = (1..).find(|c| c * (c + 1) * (c + 1) * 3 == cube.load.len()).unwrap();
@@ -39,7 +39,7 @@ impl Needle {
         if mesh == Mesh::AtNodes {
             let node = |p: usize| (p * (cells + 1) + cells / 2) * (cells + 1) + cells / 2;
             places[0] = [-h, h * (cells / 2) as f64, h * (cells / 2) as f64];
-            // Every node along a mesh line, and the edges' midpoints where there are more needle nodes than that.
+            // Nodes along a mesh line, each once: fewer than `n` where the cube has fewer.
             for k in 0..n - 1 {
                 let p = k * (cells - 1) / (n - 2);
                 if attachments.last() == Some(&vec![(node(p), 1.0)]) {
