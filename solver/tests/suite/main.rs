@@ -4,4 +4,5 @@ mod common;
 
 mod newton;
 mod nonlinear_cg;
+mod ordering;
 mod projected_cg;

@@ -3,6 +3,7 @@
 
 pub mod elasticity;
 pub mod energies;
+pub mod graphs;
 
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
