@@ -5,6 +5,7 @@
 //! * [`sparse`]: a dynamic block sparse matrix whose rows are rewritten one at a time;
 //! * [`subspace`]: which node may move how, and the orthogonal projection `P_W` onto the allowed moves;
 //! * [`ordering`]: numberings of the nodes: narrow bands, sparse factors;
+//! * [`partition`]: nodes in parts with few edges between them, and how a partition ages;
 //! * [`vector`]: reductions of a fixed shape, the same bits on any number of threads and any SIMD level;
 //! * [`stop`]: the stopping rules (6.8) and (6.9) of Nienhuys (2003);
 //! * [`precondition`]: Jacobi and block Jacobi, restricted to the subspace;
@@ -62,6 +63,7 @@ mod metis_graph;
 pub mod nonlinear;
 pub mod operator;
 pub mod ordering;
+pub mod partition;
 pub mod precondition;
 pub mod real;
 pub mod sparse;

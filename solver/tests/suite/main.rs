@@ -5,4 +5,5 @@ mod common;
 mod newton;
 mod nonlinear_cg;
 mod ordering;
+mod partition;
 mod projected_cg;
