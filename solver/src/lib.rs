@@ -9,7 +9,7 @@
 //! * [`vector`]: reductions of a fixed shape, the same bits on any number of threads and any SIMD level;
 //! * [`stop`]: the stopping rules (6.8) and (6.9) of Nienhuys (2003);
 //! * [`precondition`]: Jacobi and block Jacobi, restricted to the subspace;
-//! * [`linear`]: projected conjugate gradients;
+//! * [`linear`]: projected conjugate gradients, iterative refinement, sparse factors;
 //! * [`energy`]: what the nonlinear methods know of a problem;
 //! * [`nonlinear`]: projected nonlinear conjugate gradients and projected Newton-CG;
 //! * [`check`]: Taylor tests for gradients and Hessians.
@@ -53,6 +53,8 @@
 //!
 //! * `rayon` (default): lets [`sparse::BlockCsr::set_threads`] spread a matrix product over threads. The serial build
 //!   gives the same bits.
+//! * `direct` (default): sparse factors by faer, minimum-degree orders, stale factors as preconditioners.
+//! * `metis` (default): nested-dissection orders and partitions.
 
 pub mod check;
 pub mod dense;

@@ -41,7 +41,8 @@ impl MetisGraph {
     /// The graph with loops left out, and with an edge wherever one of the two ends names the other.
     pub(crate) fn new(graph: &(impl Adjacency + ?Sized)) -> Result<Self, MetisError> {
         let n = graph.n_nodes();
-        let edges = || (0..n).flat_map(|i| graph.neighbours(i).iter().map(move |&j| (i, j as usize))).filter(|(i, j)| i != j);
+        let edges =
+            || (0..n).flat_map(|i| graph.neighbours(i).iter().map(move |&j| (i, j as usize))).filter(|(i, j)| i != j);
         // Both directions of every entry, then each row sorted and rid of repetitions.
         let mut starts = vec![0usize; n + 1];
         for (i, j) in edges() {
@@ -114,7 +115,11 @@ impl MetisGraph {
                 inverse.as_mut_ptr(),
             )
         };
-        if status == metis_sys::rstatus_et_METIS_OK as i32 { Ok(order) } else { Err(MetisError::Failed { status: status as i32 }) }
+        if status == metis_sys::rstatus_et_METIS_OK as i32 {
+            Ok(order)
+        } else {
+            Err(MetisError::Failed { status: status as i32 })
+        }
     }
 
     /// The part of each node, below `n_parts`. There are at least two parts, more nodes than parts, and edges.

@@ -106,8 +106,7 @@ mod tests {
         let path = AdjacencySlices::new(&[0, 1, 3, 4], &[1, 0, 2, 1]).unwrap();
         assert_eq!((path.n_nodes(), path.neighbours(1)), (3, &[0, 2][..]));
         assert_eq!(AdjacencySlices::new(&[0], &[]).unwrap().n_nodes(), 0);
-        let offsets =
-            |position, value, n_neighbours| Err(AdjacencyError::Offsets { position, value, n_neighbours });
+        let offsets = |position, value, n_neighbours| Err(AdjacencyError::Offsets { position, value, n_neighbours });
         assert_eq!(AdjacencySlices::new(&[], &[]), offsets(0, 0, 0));
         assert_eq!(AdjacencySlices::new(&[1, 1], &[0]), offsets(0, 1, 1));
         assert_eq!(AdjacencySlices::new(&[0, 2, 1], &[0]), offsets(2, 1, 1));

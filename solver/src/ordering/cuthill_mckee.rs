@@ -29,12 +29,7 @@ pub fn reverse_cuthill_mckee(graph: &(impl Adjacency + ?Sized)) -> Permutation {
 }
 
 /// Appends what can be reached from `start`: the neighbours of each node in ascending degree, then index.
-fn number_component(
-    graph: &(impl Adjacency + ?Sized),
-    start: usize,
-    placed: &mut [bool],
-    order: &mut Vec<u32>,
-) {
+fn number_component(graph: &(impl Adjacency + ?Sized), start: usize, placed: &mut [bool], order: &mut Vec<u32>) {
     let mut head = order.len();
     placed[start] = true;
     order.push(start as u32); // below the number of nodes, a u32

@@ -42,8 +42,10 @@ pub fn minimum_degree(graph: &(impl Adjacency + ?Sized)) -> Result<Permutation, 
     }
     let failed = |reason: FaerError| MinimumDegreeError::Failed { nodes: n, reason };
     let pattern = SymbolicSparseColMatRef::new_checked(n, n, &starts, None, &rows);
-    let mut memory = MemBuffer::try_new(amd::order_scratch::<usize>(n, rows.len())).map_err(|_| failed(FaerError::OutOfMemory))?;
+    let mut memory =
+        MemBuffer::try_new(amd::order_scratch::<usize>(n, rows.len())).map_err(|_| failed(FaerError::OutOfMemory))?;
     let (mut order, mut inverse) = (vec![0; n], vec![0; n]);
-    amd::order(&mut order, &mut inverse, pattern, amd::Control::default(), MemStack::new(&mut memory)).map_err(failed)?;
+    amd::order(&mut order, &mut inverse, pattern, amd::Control::default(), MemStack::new(&mut memory))
+        .map_err(failed)?;
     Ok(Permutation::from_new_to_old(order.into_iter().map(|old| old as u32).collect())?) // below `n`, a u32
 }

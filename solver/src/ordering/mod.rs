@@ -15,10 +15,10 @@ mod minimum_degree;
 mod nested_dissection;
 mod permutation;
 
-pub use adjacency::{Adjacency, AdjacencyError, AdjacencySlices};
-pub use band::{bandwidth, profile};
 #[cfg(feature = "metis")]
 pub use crate::metis_graph::MetisError;
+pub use adjacency::{Adjacency, AdjacencyError, AdjacencySlices};
+pub use band::{bandwidth, profile};
 pub use cuthill_mckee::reverse_cuthill_mckee;
 #[cfg(feature = "direct")]
 pub use minimum_degree::{MinimumDegreeError, minimum_degree};

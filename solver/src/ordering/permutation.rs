@@ -84,7 +84,7 @@ impl Permutation {
     }
 
     /// From entries that are known to be a bijection.
-    pub(super) fn from_checked(new_to_old: Vec<u32>) -> Self {
+    pub(crate) fn from_checked(new_to_old: Vec<u32>) -> Self {
         let mut old_to_new = vec![0; new_to_old.len()];
         for (new, &old) in new_to_old.iter().enumerate() {
             old_to_new[old as usize] = new as u32; // at most as many nodes as `u32` can name
@@ -235,7 +235,13 @@ mod tests {
     fn case() -> impl Strategy<Value = (BlockCsr<2>, Vec<f64>, Permutation, Permutation)> {
         (1usize..12).prop_flat_map(|n| {
             let numbers = |len| proptest::collection::vec(-1.0..1.0f64, len);
-            (proptest::collection::vec(any::<bool>(), n * n), numbers(4 * n * n), numbers(2 * n), permutation(n), permutation(n))
+            (
+                proptest::collection::vec(any::<bool>(), n * n),
+                numbers(4 * n * n),
+                numbers(2 * n),
+                permutation(n),
+                permutation(n),
+            )
                 .prop_map(move |(stored, numbers, x, p, q)| {
                     let mut a = BlockCsr::new(n);
                     for i in 0..n {

@@ -3,9 +3,13 @@
 mod block_jacobi;
 mod jacobi;
 mod restricted;
+#[cfg(feature = "direct")]
+mod stale;
 
 pub use block_jacobi::BlockJacobi;
 pub use jacobi::Jacobi;
+#[cfg(feature = "direct")]
+pub use stale::StaleFactor;
 
 use crate::real::Real;
 use crate::team::Team;
@@ -70,6 +74,14 @@ pub enum PreconditionerError {
         row: usize,
         /// The pivot that should have been positive.
         pivot: f64,
+    },
+    /// A nodal matrix is no rotation.
+    #[error("the matrix of node {node} is not orthogonal: RᵀR differs from the identity by {deviation:e}")]
+    NotRotation {
+        /// The node.
+        node: usize,
+        /// Largest entry of the difference.
+        deviation: f64,
     },
 }
 

@@ -2,8 +2,12 @@
 
 mod common;
 
+#[cfg(feature = "direct")]
+mod direct;
 mod newton;
 mod nonlinear_cg;
 mod ordering;
 mod partition;
 mod projected_cg;
+#[cfg(feature = "direct")]
+mod stale_factor;

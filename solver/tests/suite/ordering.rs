@@ -64,9 +64,13 @@ fn nested_dissection_leaves_less_fill_than_minimum_degree() {
 #[test]
 fn degenerate_graphs_are_ordered() {
     let path: Vec<_> = (0..9).map(|i| (i, i + 1)).collect();
-    for graph in [Graph::new(0, &[]), Graph::new(1, &[]), Graph::new(7, &[]), Graph::new(2, &[(0, 1)]), Graph::new(10, &path)] {
+    for graph in
+        [Graph::new(0, &[]), Graph::new(1, &[]), Graph::new(7, &[]), Graph::new(2, &[(0, 1)]), Graph::new(10, &path)]
+    {
         let graph = graph.view();
-        for order in [reverse_cuthill_mckee(&graph), minimum_degree(&graph).unwrap(), nested_dissection(&graph).unwrap()] {
+        for order in
+            [reverse_cuthill_mckee(&graph), minimum_degree(&graph).unwrap(), nested_dissection(&graph).unwrap()]
+        {
             assert_eq!(order.len(), graph.n_nodes());
         }
     }

@@ -35,7 +35,8 @@ impl Graph {
 
     /// Every edge once.
     pub fn edges(&self) -> Vec<(usize, usize)> {
-        let row = |i: usize| self.neighbours[self.offsets[i]..self.offsets[i + 1]].iter().map(move |&j| (i, j as usize));
+        let row =
+            |i: usize| self.neighbours[self.offsets[i]..self.offsets[i + 1]].iter().map(move |&j| (i, j as usize));
         (0..self.offsets.len() - 1).flat_map(row).filter(|(i, j)| i < j).collect()
     }
 
