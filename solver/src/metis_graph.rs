@@ -115,11 +115,7 @@ impl MetisGraph {
                 inverse.as_mut_ptr(),
             )
         };
-        if status == metis_sys::rstatus_et_METIS_OK as i32 {
-            Ok(order)
-        } else {
-            Err(MetisError::Failed { status: status as i32 })
-        }
+        if status == metis_sys::rstatus_et_METIS_OK { Ok(order) } else { Err(MetisError::Failed { status }) }
     }
 
     /// The part of each node, below `n_parts`. There are at least two parts, more nodes than parts, and edges.
@@ -134,6 +130,6 @@ impl MetisGraph {
             Err(metis::Error::Memory) => metis_sys::rstatus_et_METIS_ERROR_MEMORY,
             Err(metis::Error::Other) => metis_sys::rstatus_et_METIS_ERROR,
         };
-        Err(MetisError::Failed { status: status as i32 })
+        Err(MetisError::Failed { status })
     }
 }

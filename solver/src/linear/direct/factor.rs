@@ -107,7 +107,7 @@ impl<const B: usize, T: FactorNumber> Factor<B, T> {
         if !self.ready {
             return Err(DirectError::NoFactor);
         }
-        if x.len() % n.max(1) != 0 || (n == 0 && !x.is_empty()) {
+        if !x.len().is_multiple_of(n) {
             return Err(DirectError::Shape { what: "the right side", expected: n, len: x.len() });
         }
         if let Some(index) = first_not_finite(x) {

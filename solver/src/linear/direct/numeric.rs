@@ -141,7 +141,7 @@ impl<T: FactorNumber> Numeric<T> {
             if row == 0 || d < smallest.1 {
                 smallest = (row, d);
             }
-            !(d > T::ZERO)
+            d <= T::ZERO || !Real::is_finite(d)
         });
         // Where rounding alone decides, the smallest pivot is the one.
         let (row, pivot) = negative.unwrap_or(smallest);
