@@ -2,18 +2,22 @@
 //!
 //! Knows no mesh and no physics: has never heard of a vertex.
 //!
-//! * [`sparse`]: a dynamic block sparse matrix whose rows are rewritten one at a time;
+//! * [`sparse`]: a dynamic block sparse matrix whose rows are rewritten one at a time, a frozen one for products, and element
+//!   contributions that are exchanged lazily;
 //! * [`subspace`]: which node may move how, and the orthogonal projection `P_W` onto the allowed moves;
+//! * [`team`]: threads that stay awake during a solve;
+//! * [`ordering`]: numberings of the nodes: narrow bands, sparse factors;
+//! * [`partition`]: nodes in parts with few edges between them, and how a partition ages;
 //! * [`vector`]: reductions of a fixed shape, the same bits on any number of threads and any SIMD level;
 //! * [`stop`]: the stopping rules (6.8) and (6.9) of Nienhuys (2003);
-//! * [`precondition`]: Jacobi, block Jacobi, SSOR, incomplete Cholesky, Chebyshev polynomials, two-level and smoothed-aggregation
-//!   cycles with rigid moves, BPX and V-cycle on bisection hierarchies, all restricted to the subspace;
+//! * [`precondition`]: Jacobi, block Jacobi, SSOR, incomplete Cholesky, Chebyshev polynomials, two-level and
+//!   smoothed-aggregation cycles with rigid moves, BPX and V-cycle on bisection hierarchies, stale factors, all restricted to
+//!   the subspace;
+//! * [`linear`]: projected conjugate gradients in one or two precisions, for one and for several right sides; MINRES; systems
+//!   with constraints `C x = d`; a stiff body coupled to a soft one; sparse factors and iterative refinement;
 //! * [`complementarity`]: forces within bounds, by block pivoting or projected Gauss-Seidel;
 //! * [`condensation`]: small dense responses of a body, and exact changes of them;
-//! * [`linear`]: projected conjugate gradients;
-//! * [`precondition`]: Jacobi and block Jacobi, restricted to the subspace;
-//! * [`linear`]: projected conjugate gradients, for one and for several right sides; MINRES; systems with constraints `C x = d`;
-//!   a stiff body coupled to a soft one;
+//! * [`dense`]: Cholesky factors of small matrices;
 //! * [`energy`]: what the nonlinear methods know of a problem;
 //! * [`nonlinear`]: projected nonlinear conjugate gradients and projected Newton-CG;
 //! * [`check`]: Taylor tests for gradients and Hessians.
@@ -55,8 +59,8 @@
 //!
 //! # Features
 //!
-//! * `rayon` (default): lets [`sparse::BlockCsr::set_threads`] spread a matrix product over threads. The serial build
-//!   gives the same bits.
+//! * `direct` (default): sparse factors by faer, minimum-degree orders, stale factors as preconditioners.
+//! * `metis` (default): nested-dissection orders and partitions.
 
 pub mod check;
 pub mod complementarity;
@@ -64,8 +68,12 @@ pub mod condensation;
 pub mod dense;
 pub mod energy;
 pub mod linear;
+#[cfg(feature = "metis")]
+mod metis_graph;
 pub mod nonlinear;
 pub mod operator;
+pub mod ordering;
+pub mod partition;
 pub mod precondition;
 pub mod real;
 pub mod sparse;

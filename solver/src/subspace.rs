@@ -101,7 +101,7 @@ pub enum SubspaceError {
 }
 
 /// The subspace `W` of allowed moves of `n` nodes with `B` coordinates each.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "RawSubspace", into = "RawSubspace")]
 pub struct Subspace<const B: usize> {
     n_nodes: usize,
@@ -109,6 +109,19 @@ pub struct Subspace<const B: usize> {
     nodes: Vec<usize>,
     /// One constraint per entry of `nodes`, never `Free`.
     constraints: Vec<Constraint<B>>,
+}
+
+/// `clone_from` allocates nothing once there were as many constraints.
+impl<const B: usize> Clone for Subspace<B> {
+    fn clone(&self) -> Self {
+        Self { n_nodes: self.n_nodes, nodes: self.nodes.clone(), constraints: self.constraints.clone() }
+    }
+
+    fn clone_from(&mut self, source: &Self) {
+        self.n_nodes = source.n_nodes;
+        self.nodes.clone_from(&source.nodes);
+        self.constraints.clone_from(&source.constraints);
+    }
 }
 
 impl<const B: usize> Subspace<B> {

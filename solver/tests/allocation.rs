@@ -367,3 +367,55 @@ fn a_change_of_state_of_a_coupled_body_allocates_nothing() {
     });
     assert_eq!(count, 0);
 }
+
+#[cfg(feature = "direct")]
+mod direct {
+    use super::*;
+    use std::sync::Arc;
+    use stylet_solver::linear::direct::{Factor, FactorNumber, FillOrder, Method, Symbolic};
+    use stylet_solver::linear::{RefineSettings, RefineWorkspace, refine};
+    use stylet_solver::precondition::StaleFactor;
+
+    fn check<T: FactorNumber>(symbolic: &Arc<Symbolic<3>>, method: Method, a: &BlockCsr<3>, load: &[f64]) {
+        let mut w = Subspace::new(a.n_rows());
+        w.set(3, Constraint::Line([1.0, 0.0, 0.0])).unwrap();
+        let mut factor = Factor::<3, T>::new(symbolic.clone(), method, a, &w).unwrap();
+        w.set(4, Constraint::Fixed).unwrap();
+        assert_eq!(allocations(|| factor.refactor(a, &w).unwrap()).1, 0, "{method:?}: refactor");
+
+        let mut columns: Vec<f64> = load.iter().chain(load).copied().collect();
+        factor.solve(&mut columns).unwrap();
+        assert_eq!(allocations(|| factor.solve(&mut columns).unwrap()).1, 0, "{method:?}: two right sides");
+        assert_eq!(allocations(|| factor.solve(&mut columns[..load.len()]).unwrap()).1, 0, "{method:?}: one");
+
+        let settings = RefineSettings { stop: rule(1e-12, Criterion::Reaction), max_iterations: 10 };
+        let mut ws = RefineWorkspace::new();
+        let mut x = vec![0.0; load.len()];
+        refine(a, &factor, &w, load, &mut x, &settings, &mut ws).unwrap();
+        x.fill(0.0);
+        let (report, count) = allocations(|| refine(a, &factor, &w, load, &mut x, &settings, &mut ws));
+        assert_eq!((report.unwrap().stop, count), (Stop::Converged, 0), "{method:?}: refine");
+
+        let mut stale = StaleFactor::new(factor, a, &w).unwrap();
+        let identity = vec![[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]; a.n_rows()];
+        stale.turn(&identity).unwrap();
+        stale.apply(load, &mut x);
+        assert_eq!(allocations(|| stale.apply(load, &mut x)).1, 0, "{method:?}: stale");
+        assert_eq!(allocations(|| stale.turn(&identity).unwrap()).1, 0, "{method:?}: turn");
+        assert_eq!(allocations(|| stale.follow(a, &w, []).unwrap()).1, 0, "{method:?}: follow");
+    }
+
+    /// One cube that faer factors column by column, and one with supernodes.
+    #[test]
+    fn a_warm_factor_allocates_nothing() {
+        for cells in [2, 6] {
+            let cube = common::elasticity::cube(cells, 0.34);
+            let symbolic = Arc::new(Symbolic::new(&cube.a, FillOrder::MinimumDegree).unwrap());
+            let pivoted = Arc::new(Symbolic::indefinite(&cube.a, FillOrder::MinimumDegree).unwrap());
+            for (symbolic, method) in [(&symbolic, Method::Llt), (&symbolic, Method::Ldlt), (&pivoted, Method::Lblt)] {
+                check::<f64>(symbolic, method, &cube.a, &cube.load);
+                check::<f32>(symbolic, method, &cube.a, &cube.load);
+            }
+        }
+    }
+}

@@ -3,6 +3,8 @@
 pub mod cg;
 pub mod constrained;
 pub mod constraints;
+#[cfg(feature = "direct")]
+pub mod direct;
 pub mod elimination;
 pub mod kkt;
 pub mod krylov;
@@ -11,6 +13,7 @@ pub mod minres;
 pub mod mixed;
 pub mod null_space;
 mod passes;
+pub mod refine;
 mod row_reduction;
 mod schur;
 
@@ -26,3 +29,4 @@ pub use many::{ManyCgError, ManyCgWorkspace, many_cg};
 pub use minres::{MinresError, MinresWorkspace, minres};
 pub use mixed::{MixedWorkspace, mixed_cg};
 pub use null_space::{NullSpace, NullSpaceError, NullSpaceWorkspace, null_space_cg};
+pub use refine::{RefineError, RefineReport, RefineSettings, RefineWorkspace, refine};

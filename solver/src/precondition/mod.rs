@@ -28,12 +28,16 @@ mod restricted;
 mod scratch;
 mod spectrum;
 mod ssor;
+#[cfg(feature = "direct")]
+mod stale;
 
 pub use block_jacobi::BlockJacobi;
 pub use chebyshev::{Chebyshev, ChebyshevSettings};
 pub use incomplete_cholesky::IncompleteCholesky;
 pub use jacobi::Jacobi;
 pub use ssor::{Ssor, SsorSettings};
+#[cfg(feature = "direct")]
+pub use stale::StaleFactor;
 
 use crate::real::Real;
 use crate::team::Team;
@@ -167,6 +171,14 @@ pub enum PreconditionerError {
         row: usize,
         /// The pivot that should have been positive.
         pivot: f64,
+    },
+    /// A nodal matrix is no rotation.
+    #[error("the matrix of node {node} is not orthogonal: RᵀR differs from the identity by {deviation:e}")]
+    NotRotation {
+        /// The node.
+        node: usize,
+        /// Largest entry of the difference.
+        deviation: f64,
     },
 }
 

@@ -3,11 +3,17 @@
 mod common;
 
 mod constrained;
+#[cfg(feature = "direct")]
+mod direct;
 mod many_cg;
 mod minres;
 mod model_systems;
 mod newton;
 mod nonlinear_cg;
 mod null_space;
+mod ordering;
+mod partition;
 mod preconditioners;
 mod projected_cg;
+#[cfg(feature = "direct")]
+mod stale_factor;

@@ -24,6 +24,17 @@ pub fn cube(cells: usize, poisson: f64) -> Cube {
 
 /// As [`cube`], the stiffness of each tetrahedron scaled by a factor that depends on its centre.
 pub fn cube_with(cells: usize, poisson: f64, scale: impl Fn([f64; 3]) -> f64) -> Cube {
+    cube_turned(cells, poisson, scale, |_| 0.0)
+}
+
+/// As [`cube_with`], each tetrahedron turned about the z axis by an angle that depends on its centre: `R K Rᵀ`, the stiffness of
+/// a bent body in corotational elasticity.
+pub fn cube_turned(
+    cells: usize,
+    poisson: f64,
+    scale: impl Fn([f64; 3]) -> f64,
+    angle: impl Fn([f64; 3]) -> f64,
+) -> Cube {
     let (young, density, side) = (34e3, 1000.0, 0.1);
     let mu = young / (2.0 * (1.0 + poisson));
     let lambda = young * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson));
@@ -60,6 +71,7 @@ pub fn cube_with(cells: usize, poisson: f64, scale: impl Fn([f64; 3]) -> f64) ->
             let (gradients, volume) = gradients(tet.map(|v| places[v]));
             let centre = std::array::from_fn(|k| tet.iter().map(|&v| places[v][k]).sum::<f64>() / 4.0);
             let factor = volume * scale(centre);
+            let gradients = gradients.map(|g| turn(g, angle(centre)));
             for (a, &i) in tet.iter().enumerate() {
                 if i >= n_free {
                     continue;
@@ -116,6 +128,12 @@ fn add(row: &mut Vec<(u32, Block<3>)>, j: u32, block: &Block<3>) {
     for (sum, value) in sum.as_flattened_mut().iter_mut().zip(block.as_flattened()) {
         *sum += value;
     }
+}
+
+/// `v` turned about the z axis. `K_ab` is isotropic in its gradients: turning them turns the block from both sides.
+pub fn turn([x, y, z]: [f64; 3], angle: f64) -> [f64; 3] {
+    let (sin, cos) = angle.sin_cos();
+    [cos * x - sin * y, sin * x + cos * y, z]
 }
 
 /// `V [λ g_a g_bᵀ + μ g_b g_aᵀ + μ (g_a·g_b) I]`.

@@ -3,6 +3,7 @@
 
 pub mod elasticity;
 pub mod energies;
+pub mod graphs;
 pub mod kkt;
 pub mod needle;
 
