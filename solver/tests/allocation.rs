@@ -125,7 +125,7 @@ fn a_warm_nonlinear_solve_allocates_nothing() {
 
     let mut ws = NonlinearCgWorkspace::new();
     for step in [StepModel::Curvature, StepModel::Secant] {
-        let settings = NonlinearCgSettings { stop, max_iterations: 1000, step };
+        let settings = NonlinearCgSettings { step, ..NonlinearCgSettings::new(stop) };
         nonlinear_cg(&mut energy, &Identity, &w, 2.0, &mut [0.0; 40], &settings, &mut ws).unwrap();
         let solve = || nonlinear_cg(&mut energy, &Identity, &w, 2.0, &mut [0.0; 40], &settings, &mut ws);
         let (report, count) = allocations(solve);

@@ -15,7 +15,7 @@ use stylet_solver::subspace::{Constraint, Subspace};
 use stylet_solver::vector::{dot, norm2};
 
 fn settings(tolerance: f64, step: StepModel) -> NonlinearCgSettings {
-    NonlinearCgSettings { stop: rule(tolerance, Criterion::Reaction), max_iterations: 5_000, step }
+    NonlinearCgSettings { max_iterations: 5_000, step, ..NonlinearCgSettings::new(rule(tolerance, Criterion::Reaction)) }
 }
 
 fn held(n: usize) -> Subspace<2> {
