@@ -11,9 +11,10 @@ use std::cell::Cell;
 use stylet_solver::LinearOperator;
 use stylet_solver::energy::{BlockHessian, Energy};
 use stylet_solver::linear::{CgSettings, CgWorkspace, projected_cg};
+use stylet_solver::nonlinear::line_search::{ApproximateWolfe, Armijo, StrongWolfe};
 use stylet_solver::nonlinear::{
-    Linearization, NewtonSettings, NewtonWorkspace, NonlinearCgSettings, NonlinearCgWorkspace, StepModel, newton_cg,
-    nonlinear_cg,
+    Direction, LbfgsSettings, LbfgsWorkspace, LineSearch, Linearization, NewtonSettings, NewtonWorkspace,
+    NonlinearCgSettings, NonlinearCgWorkspace, StepModel, lbfgs, newton_cg, nonlinear_cg,
 };
 use stylet_solver::precondition::{BlockJacobi, Identity, Jacobi, Preconditioner};
 use stylet_solver::sparse::BlockCsr;
@@ -119,6 +120,31 @@ fn a_warm_nonlinear_solve_allocates_nothing() {
         let settings = NewtonSettings { linearization, ..NewtonSettings::new(stop) };
         newton_cg(&mut energy, &w, 2.0, &mut [0.0; 40], &settings, &mut ws).unwrap();
         let solve = || newton_cg(&mut energy, &w, 2.0, &mut [0.0; 40], &settings, &mut ws);
+        let (report, count) = allocations(solve);
+        assert_eq!((report.unwrap().stop, count), (Stop::Converged, 0));
+    }
+
+    let searches = [
+        LineSearch::GradientFirst,
+        LineSearch::Armijo(Armijo::default()),
+        LineSearch::StrongWolfe(StrongWolfe::tight()),
+        LineSearch::ApproximateWolfe(ApproximateWolfe::default()),
+    ];
+    let mut ws = NonlinearCgWorkspace::new();
+    for direction in [Direction::FletcherReeves, Direction::HagerZhang { eta: 0.01 }, Direction::Subspace] {
+        for search in searches {
+            let settings = NonlinearCgSettings { direction, search, ..NonlinearCgSettings::new(stop) };
+            nonlinear_cg(&mut energy, &Identity, &w, 2.0, &mut [0.0; 40], &settings, &mut ws).unwrap();
+            let solve = || nonlinear_cg(&mut energy, &Identity, &w, 2.0, &mut [0.0; 40], &settings, &mut ws);
+            let (report, count) = allocations(solve);
+            assert_eq!((report.unwrap().stop, count), (Stop::Converged, 0));
+        }
+    }
+    let mut ws = LbfgsWorkspace::new();
+    for search in searches {
+        let settings = LbfgsSettings { search, ..LbfgsSettings::new(stop) };
+        lbfgs(&mut energy, &Identity, &w, 2.0, &mut [0.0; 40], &settings, &mut ws).unwrap();
+        let solve = || lbfgs(&mut energy, &Identity, &w, 2.0, &mut [0.0; 40], &settings, &mut ws);
         let (report, count) = allocations(solve);
         assert_eq!((report.unwrap().stop, count), (Stop::Converged, 0));
     }

@@ -130,7 +130,7 @@ fn minimise<const B: usize, E: Energy>(
     let mut counts = Counts::default();
     let mut norms = problem.first_gradient(energy, x, &mut ws.g, &mut ws.reaction, &mut counts)?;
     let mut value = None;
-    let mut idle = Idle::new(norms);
+    let mut idle = Idle::patient(norms);
     ws.pairs.clear(settings.memory, x.len());
     while norms.residual > problem.threshold(norms) {
         if counts.iterations == settings.max_iterations {

@@ -214,7 +214,7 @@ fn minimise<const B: usize, E: BlockHessian<B>>(
     let mut accuracy = Accuracy::new(settings.forcing_rule, settings.forcing, norms);
     let mut value = None;
     let mut model = Model::default();
-    let mut idle = Idle::new(norms);
+    let mut idle = Idle::new(norms, &settings.search);
     while norms.residual > problem.threshold(norms) {
         let exhausted = counts.inner_iterations > 0 && counts.inner_iterations >= settings.max_inner_iterations;
         if counts.iterations == settings.max_iterations || exhausted {

@@ -4,4 +4,6 @@ mod common;
 
 mod newton;
 mod nonlinear_cg;
+mod nonlinear_methods;
+mod nonlinear_outcomes;
 mod projected_cg;

@@ -149,7 +149,7 @@ fn minimise<const B: usize, E: Energy>(
         return Ok(problem.report(Stop::Converged, norms, &counts));
     }
     let (mut value, mut last_step) = (None, 1.0);
-    let mut idle = Idle::new(norms);
+    let mut idle = Idle::new(norms, &settings.search);
     let mut memory = Memory::default();
     let mut restart = true;
     if settings.max_iterations > 0 {
@@ -281,12 +281,7 @@ fn head_in_plane(
 }
 
 /// `p·H p`, with the product in `hp`.
-fn curvature(
-    energy: &impl Energy,
-    p: &[f64],
-    hp: &mut [f64],
-    counts: &mut Counts,
-) -> Result<f64, NonlinearError> {
+fn curvature(energy: &impl Energy, p: &[f64], hp: &mut [f64], counts: &mut Counts) -> Result<f64, NonlinearError> {
     energy.hessian_apply(p, hp);
     counts.products += 1;
     let curvature = dot(p, hp);

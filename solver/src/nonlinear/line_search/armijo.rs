@@ -51,7 +51,7 @@ impl Armijo {
 
     /// The point at `t`, unless it has to be shortened; looks at the slope only where the value makes it worth while.
     fn accepts(&self, f: &mut impl LineFunction, start: &LineStart, t: f64, value: f64) -> Option<Point> {
-        let lower = value <= start.value + self.decrease * t * start.slope;
+        let lower = start.lowers(t, value, self.decrease);
         if !value.is_finite() || !(lower || within_rounding(value, start.value)) {
             return None;
         }

@@ -168,10 +168,15 @@ impl LineStart {
         (!descent).then(|| self.origin().found(End::NoDescent))
     }
 
-    /// Armijo's condition with this constant, or its form for energies that differ by rounding errors.
+    /// Armijo's condition, where rounding does not reduce it to equality.
+    fn lowers(&self, t: f64, value: f64, constant: f64) -> bool {
+        value < self.value && value <= self.value + constant * t * self.slope
+    }
+
+    /// Armijo's condition, or its form for energies that differ by rounding errors.
     fn decreases(&self, p: &Point, constant: f64) -> bool {
         p.is_inside()
-            && (p.value <= self.value + constant * p.t * self.slope
+            && (self.lowers(p.t, p.value, constant)
                 || (within_rounding(p.value, self.value) && p.slope <= (2.0 * DELTA - 1.0) * self.slope))
     }
 }

@@ -1,6 +1,6 @@
 //! Line searches on an energy: what a minimisation asks of them.
 
-use super::{Found, LineFunction, LineSearch, LineStart, gradient_first, within_rounding};
+use super::{Found, LineFunction, LineSearch, LineStart, gradient_first};
 use crate::energy::Energy;
 use crate::nonlinear::progress::{Counts, NonlinearError, Norms, Problem};
 use crate::vector::{add_scaled, dot};
@@ -10,8 +10,12 @@ const DOMAIN_MARGIN: f64 = 0.9;
 /// Searches for a curvature condition go no further than this many first steps, secant moves than fewer.
 const MOST_GROWTH: f64 = 100.0;
 const MOST_SECANT_GROWTH: f64 = 10.0;
-/// Steps within rounding errors before an iteration counts as stalled.
+/// Steps within rounding errors before an iteration counts as stalled: few where energies are asked for only once the residual
+/// grows, more where every step comes with its energy or residuals go up and down.
 const PATIENCE: usize = 5;
+const LONG_PATIENCE: usize = 100;
+/// A search that compares energies at every step sees a decrease beyond this fraction of the energy as progress.
+const NOISE: f64 = 16.0 * f64::EPSILON;
 
 /// Where a search starts and where it looks.
 pub(in crate::nonlinear) struct Line<'a> {
@@ -61,11 +65,18 @@ pub(in crate::nonlinear) enum Progress {
 pub(in crate::nonlinear) struct Idle {
     best: f64,
     steps: usize,
+    patience: usize,
 }
 
 impl Idle {
-    pub fn new(norms: Norms) -> Self {
-        Self { best: norms.residual, steps: 0 }
+    pub fn new(norms: Norms, search: &LineSearch) -> Self {
+        let patience = if *search == LineSearch::GradientFirst { PATIENCE } else { LONG_PATIENCE };
+        Self { best: norms.residual, steps: 0, patience }
+    }
+
+    /// For a method whose residuals go up and down.
+    pub fn patient(norms: Norms) -> Self {
+        Self { best: norms.residual, steps: 0, patience: LONG_PATIENCE }
     }
 
     /// Whether as many steps as make a stall lowered neither the energy nor the smallest residual.
@@ -77,7 +88,7 @@ impl Idle {
             self.steps += 1;
         }
         self.best = self.best.min(residual);
-        self.steps == PATIENCE
+        self.steps == self.patience
     }
 }
 
@@ -109,13 +120,11 @@ pub(in crate::nonlinear) fn advance<const B: usize, E: Energy>(
     let before = start_value(energy, line, value, counts)?;
     let mut ray = Ray { energy, problem, line, trial, counts, at: f64::NAN, norms: None };
     let mut start = LineStart { value: before, slope: line.slope, first: line.first, limit };
+    if line.guessed && !matches!(search, LineSearch::StrongWolfe(_)) {
+        start.first = ray.secant_guess(&start);
+    }
     let found = match search {
-        LineSearch::Armijo(armijo) => {
-            if line.guessed {
-                start.first = ray.secant_guess(&start);
-            }
-            armijo.search(&mut ray, &start)
-        }
+        LineSearch::Armijo(armijo) => armijo.search(&mut ray, &start),
         LineSearch::StrongWolfe(wolfe) => wolfe.search(&mut ray, &start),
         LineSearch::ApproximateWolfe(wolfe) => wolfe.search(&mut ray, &start),
         LineSearch::GradientFirst => unreachable!("handled above"),
@@ -173,7 +182,8 @@ impl<const B: usize, E: Energy> Ray<'_, '_, '_, B, E> {
         }
     }
 
-    /// A better first step than the last one's length, by one slope.
+    /// A better first step than the last one's length, by one slope: for searches that do not interpolate before they have
+    /// gone too far. That of CG_DESCENT looks at one value for the same purpose.
     fn secant_guess(&mut self, start: &LineStart) -> f64 {
         let t = start.first.min(start.limit);
         let slope = self.slope(t);
@@ -192,8 +202,8 @@ impl<const B: usize, E: Energy> Ray<'_, '_, '_, B, E> {
         if *self.trial.x == *self.line.x {
             return None;
         }
-        let noise = within_rounding(found.value, before);
-        let progress = if noise { Progress::Rounding } else { Progress::Decrease };
+        let decreased = found.value < before - NOISE * before.abs();
+        let progress = if decreased { Progress::Decrease } else { Progress::Rounding };
         Some(Accepted { t: found.t, norms: self.norms?, value: Some(found.value), progress })
     }
 }
