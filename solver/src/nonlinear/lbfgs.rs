@@ -22,7 +22,8 @@ pub struct LbfgsSettings {
     /// Steps that the method remembers, at least one.
     pub memory: usize,
     /// Whether the initial matrix is `γ M⁻¹` with `γ = s·y / y·M⁻¹y` of the last step, for one more product with `M⁻¹` per
-    /// step; otherwise it is `M⁻¹`, as suits one that was factored from a good approximation of the Hessian.
+    /// step; otherwise it is `M⁻¹`, as suits one that was factored from a good approximation of the Hessian: with one that is
+    /// many times too large a solve may stall before a tight tolerance.
     pub scaled: bool,
     /// What makes a step acceptable. Without a Wolfe search some steps may not be remembered.
     pub search: LineSearch,
