@@ -346,7 +346,11 @@ fn equilibrate<const D: usize, const N: usize, M: Hyperelastic<D>>(
     let mut energy = Loaded::new(body, load);
     match settings.method {
         StaticMethod::NonlinearCg(step) => {
-            let nonlinear = NonlinearCgSettings { stop: settings.stop, max_iterations: settings.max_iterations, step };
+            let nonlinear = NonlinearCgSettings {
+                max_iterations: settings.max_iterations,
+                step,
+                ..NonlinearCgSettings::new(settings.stop)
+            };
             let StaticWorkspace { nonlinear: vectors, jacobi, block_jacobi, .. } = ws;
             let m: &dyn Preconditioner = if settings.preconditioning == Preconditioning::None {
                 &Identity

@@ -20,9 +20,10 @@ use stylet_solver::linear::{
     NullSpaceWorkspace, SchurDiagonal, constrained_cg, elimination_cg, kkt_cg, kkt_minres, many_cg, minres,
     null_space_cg, projected_cg,
 };
+use stylet_solver::nonlinear::line_search::{ApproximateWolfe, Armijo, StrongWolfe};
 use stylet_solver::nonlinear::{
-    Linearization, NewtonSettings, NewtonWorkspace, NonlinearCgSettings, NonlinearCgWorkspace, StepModel, newton_cg,
-    nonlinear_cg,
+    Direction, LbfgsSettings, LbfgsWorkspace, LineSearch, Linearization, NewtonSettings, NewtonWorkspace,
+    NonlinearCgSettings, NonlinearCgWorkspace, StepModel, lbfgs, newton_cg, nonlinear_cg,
 };
 use stylet_solver::precondition::aggregation::{
     Form, Modes, SmoothedAggregation, SmoothedAggregationSettings, TwoLevel,
@@ -164,9 +165,34 @@ fn a_warm_nonlinear_solve_allocates_nothing() {
         assert_eq!((report.unwrap().stop, count), (Stop::Converged, 0));
     }
 
+    let searches = [
+        LineSearch::GradientFirst,
+        LineSearch::Armijo(Armijo::default()),
+        LineSearch::StrongWolfe(StrongWolfe::tight()),
+        LineSearch::ApproximateWolfe(ApproximateWolfe::default()),
+    ];
+    let mut ws = NonlinearCgWorkspace::new();
+    for direction in [Direction::FletcherReeves, Direction::HagerZhang { eta: 0.01 }, Direction::Subspace] {
+        for search in searches {
+            let settings = NonlinearCgSettings { direction, search, ..NonlinearCgSettings::new(stop) };
+            nonlinear_cg(&mut energy, &Identity, &w, 2.0, &mut [0.0; 40], &settings, &mut ws).unwrap();
+            let solve = || nonlinear_cg(&mut energy, &Identity, &w, 2.0, &mut [0.0; 40], &settings, &mut ws);
+            let (report, count) = allocations(solve);
+            assert_eq!((report.unwrap().stop, count), (Stop::Converged, 0));
+        }
+    }
+    let mut ws = LbfgsWorkspace::new();
+    for search in searches {
+        let settings = LbfgsSettings { search, ..LbfgsSettings::new(stop) };
+        lbfgs(&mut energy, &Identity, &w, 2.0, &mut [0.0; 40], &settings, &mut ws).unwrap();
+        let solve = || lbfgs(&mut energy, &Identity, &w, 2.0, &mut [0.0; 40], &settings, &mut ws);
+        let (report, count) = allocations(solve);
+        assert_eq!((report.unwrap().stop, count), (Stop::Converged, 0));
+    }
+
     let mut ws = NonlinearCgWorkspace::new();
     for step in [StepModel::Curvature, StepModel::Secant] {
-        let settings = NonlinearCgSettings { stop, max_iterations: 1000, step };
+        let settings = NonlinearCgSettings { step, ..NonlinearCgSettings::new(stop) };
         nonlinear_cg(&mut energy, &Identity, &w, 2.0, &mut [0.0; 40], &settings, &mut ws).unwrap();
         let solve = || nonlinear_cg(&mut energy, &Identity, &w, 2.0, &mut [0.0; 40], &settings, &mut ws);
         let (report, count) = allocations(solve);

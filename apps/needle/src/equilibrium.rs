@@ -220,7 +220,8 @@ impl Equilibrium {
         stages: &mut Stages,
     ) -> Result<SolveOutcome, String> {
         let step = if M::IS_LINEAR { StepModel::Curvature } else { StepModel::Secant };
-        let settings = NonlinearCgSettings { stop, max_iterations: self.max_iterations, step };
+        let settings =
+            NonlinearCgSettings { max_iterations: self.max_iterations, step, ..NonlinearCgSettings::new(stop) };
         // The diagonal of the tangent at the start serves the whole solve; where it is not positive definite, nothing does.
         let mut usable = true;
         if self.preconditioner != PreconditionerKind::None {

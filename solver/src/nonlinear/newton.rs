@@ -1,15 +1,23 @@
 //! Projected Newton-CG.
 
-use super::line_search::{Idle, Line, Trial, search};
-use super::progress::{Counts, NonlinearError, NonlinearReport, Norms, Problem};
-use super::truncated_cg::{self, Outcome, Vectors};
+mod forcing;
+mod preconditioning;
+
+pub use forcing::Forcing;
+pub use preconditioning::{Following, HessianPreconditioner, Kept, Preconditioning};
+
+use super::line_search::{Idle, Line, LineSearch, Trial, advance};
+use super::progress::{Counts, NonlinearError, NonlinearReport, Problem};
+use super::truncated_cg::{self, Broken, Outcome, System, Vectors};
 use crate::LinearOperator;
 use crate::energy::BlockHessian;
-use crate::precondition::{BlockJacobi, Identity, Jacobi, Preconditioner};
+use crate::precondition::{BlockJacobi, Identity, Jacobi};
 use crate::sparse::BlockCsr;
 use crate::stop::{Stop, StopRule};
 use crate::subspace::Subspace;
+use crate::team::Team;
 use crate::vector::{dot, first_not_finite};
+use forcing::Accuracy;
 
 /// A contraction of the residual above this counts as slow.
 const SLOW: f64 = 0.5;
@@ -24,17 +32,6 @@ pub enum Linearization {
     WhenSlow,
 }
 
-/// How the linear solves are preconditioned.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Preconditioning {
-    /// Not at all.
-    None,
-    /// [`Jacobi`].
-    Jacobi,
-    /// [`BlockJacobi`].
-    BlockJacobi,
-}
-
 /// How a minimisation proceeds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NewtonSettings {
@@ -46,14 +43,19 @@ pub struct NewtonSettings {
     pub max_inner_iterations: usize,
     /// Largest relative residual of a linear solve, in `(0, 1)`; 0.5 unless there is a reason.
     pub forcing: f64,
+    /// How much less a linear solve may leave as the iteration gets on.
+    pub forcing_rule: Forcing,
     /// When the Hessian is made anew.
     pub linearization: Linearization,
-    /// How the linear solves are preconditioned.
+    /// How the linear solves of [`newton_cg`] are preconditioned; [`newton_cg_with`] has its own.
     pub preconditioning: Preconditioning,
+    /// What makes a step acceptable.
+    pub search: LineSearch,
 }
 
 impl NewtonSettings {
-    /// The usual choices: forcing 0.5, a fresh Hessian at every iterate, block Jacobi, 100 steps, 10,000 inner iterations.
+    /// The usual choices: forcing at most 0.5 by [`Forcing::Root`], a fresh Hessian at every iterate, block Jacobi, gradients
+    /// before energies, 100 steps, 10,000 inner iterations.
     #[must_use]
     pub fn new(stop: StopRule) -> Self {
         Self {
@@ -61,15 +63,26 @@ impl NewtonSettings {
             max_iterations: 100,
             max_inner_iterations: 10_000,
             forcing: 0.5,
+            forcing_rule: Forcing::Root,
             linearization: Linearization::Every,
             preconditioning: Preconditioning::BlockJacobi,
+            search: LineSearch::GradientFirst,
         }
+    }
+
+    fn validate(&self) -> Result<(), NonlinearError> {
+        if !(self.forcing > 0.0 && self.forcing < 1.0) {
+            let (name, value) = ("forcing", self.forcing);
+            return Err(NonlinearError::Setting { name, value, expected: "a number between 0 and 1" });
+        }
+        self.search.validate()
     }
 }
 
 /// Vectors and preconditioners of a minimisation; a second one of the same size allocates nothing.
 #[derive(Clone, Debug, Default)]
 pub struct NewtonWorkspace<const B: usize> {
+    team: Team,
     g: Vec<f64>,
     reaction: Vec<f64>,
     trial_x: Vec<f64>,
@@ -86,6 +99,12 @@ impl<const B: usize> NewtonWorkspace<B> {
     #[must_use]
     pub fn new() -> Self {
         Self::default()
+    }
+
+    /// An empty workspace whose linear solves are the work of a team, with the same bits.
+    #[must_use]
+    pub fn on(team: &Team) -> Self {
+        Self { team: team.clone(), ..Self::default() }
     }
 
     /// Makes the next solve with [`Linearization::WhenSlow`] start with a fresh Hessian: call it when the energy, not
@@ -133,8 +152,8 @@ impl<const B: usize> NewtonWorkspace<B> {
 /// # Errors
 /// See [`NonlinearError`].
 ///
-/// Source: Nocedal & Wright, *Numerical Optimization*, 2nd ed. (2006), Algorithm 7.1, with the forcing term
-/// `min(½, √(|g|/|g₀|))` after Eisenstat & Walker, SIAM J. Sci. Comput. 17 (1996).
+/// Source: Nocedal & Wright, *Numerical Optimization*, 2nd ed. (2006), Algorithm 7.1; [`Forcing`] names that of the forcing
+/// terms.
 pub fn newton_cg<const B: usize, E: BlockHessian<B>>(
     energy: &mut E,
     w: &Subspace<B>,
@@ -143,19 +162,48 @@ pub fn newton_cg<const B: usize, E: BlockHessian<B>>(
     settings: &NewtonSettings,
     ws: &mut NewtonWorkspace<B>,
 ) -> Result<NonlinearReport, NonlinearError> {
-    let problem = Problem::new(energy, w, &settings.stop, external_norm, x)?;
-    if !(settings.forcing > 0.0 && settings.forcing < 1.0) {
-        let (name, value) = ("forcing", settings.forcing);
-        return Err(NonlinearError::Setting { name, value, expected: "a number between 0 and 1" });
+    match settings.preconditioning {
+        Preconditioning::None => newton_cg_with(energy, &mut Identity, w, external_norm, x, settings, ws),
+        Preconditioning::Jacobi => {
+            let mut m = std::mem::take(&mut ws.jacobi);
+            let result = newton_cg_with(energy, &mut m, w, external_norm, x, settings, ws);
+            ws.jacobi = m;
+            result
+        }
+        Preconditioning::BlockJacobi => {
+            let mut m = std::mem::take(&mut ws.block_jacobi);
+            let result = newton_cg_with(energy, &mut m, w, external_norm, x, settings, ws);
+            ws.block_jacobi = m;
+            result
+        }
     }
+}
+
+/// [`newton_cg`] with a preconditioner of the caller's: one that follows the Hessian, [`Following`] a function that makes it,
+/// or [`Kept`] as it is.
+///
+/// # Errors
+/// See [`NonlinearError`].
+pub fn newton_cg_with<const B: usize, E: BlockHessian<B>>(
+    energy: &mut E,
+    m: &mut impl HessianPreconditioner<B>,
+    w: &Subspace<B>,
+    external_norm: f64,
+    x: &mut [f64],
+    settings: &NewtonSettings,
+    ws: &mut NewtonWorkspace<B>,
+) -> Result<NonlinearReport, NonlinearError> {
+    let problem = Problem::new(energy, w, &settings.stop, external_norm, x)?;
+    settings.validate()?;
     ws.resize(x.len(), B * w.n_constrained());
-    let report = minimise(energy, &problem, x, settings, ws)?;
+    let report = minimise(energy, m, &problem, x, settings, ws)?;
     w.add_complement(&ws.reaction, &mut ws.g);
     Ok(report)
 }
 
 fn minimise<const B: usize, E: BlockHessian<B>>(
     energy: &mut E,
+    m: &mut impl HessianPreconditioner<B>,
     problem: &Problem<B>,
     x: &mut [f64],
     settings: &NewtonSettings,
@@ -163,24 +211,25 @@ fn minimise<const B: usize, E: BlockHessian<B>>(
 ) -> Result<NonlinearReport, NonlinearError> {
     let mut counts = Counts::default();
     let mut norms = problem.first_gradient(energy, x, &mut ws.g, &mut ws.reaction, &mut counts)?;
-    let start_norm = norms.residual;
+    let mut accuracy = Accuracy::new(settings.forcing_rule, settings.forcing, norms);
     let mut value = None;
     let mut model = Model::default();
-    let mut idle = Idle::new(norms);
+    let mut idle = Idle::new(norms, &settings.search);
     while norms.residual > problem.threshold(norms) {
         let exhausted = counts.inner_iterations > 0 && counts.inner_iterations >= settings.max_inner_iterations;
         if counts.iterations == settings.max_iterations || exhausted {
             return Ok(problem.report(Stop::IterationLimit, norms, &counts));
         }
-        model.prepare(energy, problem.w, x, settings, ws, &mut counts)?;
-        let target = forcing(settings.forcing, norms, start_norm, problem.threshold(norms)) * norms.residual;
-        let inner = model.solve(energy, problem.w, target, settings, ws, &mut counts)?;
+        model.prepare(energy, m, problem.w, x, ws, &mut counts)?;
+        let target = accuracy.next(norms, problem.threshold(norms)) * norms.residual;
+        let limit = settings.max_inner_iterations.saturating_sub(counts.inner_iterations).max(1);
+        let inner = model.solve(energy.matrix(), m, problem.w, (target, limit), ws, &mut counts)?;
 
         let slope = dot(&ws.g, &ws.inner.step);
-        let line = Line { x, direction: &ws.inner.step, slope, norms, first: 1.0, secants: 0, trust_flat: false };
+        let line = Line { x, direction: &ws.inner.step, slope, norms, first: 1.0, guessed: false, trust_flat: false };
         let mut trial = Trial { x: &mut ws.trial_x, g: &mut ws.trial_g, reaction: &mut ws.trial_reaction };
         let accepted = match slope < 0.0 {
-            true => search(energy, problem, &line, &mut value, &mut trial, &mut counts)?,
+            true => advance(energy, problem, &line, &settings.search, &mut value, &mut trial, &mut counts)?,
             false => None,
         };
         let Some(step) = accepted else {
@@ -209,12 +258,6 @@ fn minimise<const B: usize, E: BlockHessian<B>>(
     Ok(problem.report(Stop::Converged, norms, &counts))
 }
 
-/// Relative residual that the linear solve may leave: never more accurate than the outer rule asks for.
-fn forcing(largest: f64, norms: Norms, start_norm: f64, threshold: f64) -> f64 {
-    let eta = (norms.residual / start_norm).sqrt().min(largest);
-    eta.max((0.5 * threshold / norms.residual).min(largest))
-}
-
 /// State of the Hessian and its preconditioner during one solve.
 #[derive(Default)]
 struct Model {
@@ -230,9 +273,9 @@ impl Model {
     fn prepare<const B: usize, E: BlockHessian<B>>(
         &mut self,
         energy: &mut E,
+        m: &mut impl HessianPreconditioner<B>,
         w: &Subspace<B>,
         x: &[f64],
-        settings: &NewtonSettings,
         ws: &mut NewtonWorkspace<B>,
         counts: &mut Counts,
     ) -> Result<(), NonlinearError> {
@@ -248,43 +291,39 @@ impl Model {
             return Err(NonlinearError::Shape { what: "the Hessian", dim, len });
         }
         if !self.preconditioned {
-            let built = match settings.preconditioning {
-                Preconditioning::None => Ok(()),
-                Preconditioning::Jacobi => ws.jacobi.rebuild(energy.matrix(), w),
-                Preconditioning::BlockJacobi => ws.block_jacobi.rebuild(energy.matrix(), w),
-            };
-            self.usable = built.is_ok();
+            self.usable = m.follow(energy.matrix(), w);
             self.preconditioned = true;
         }
         Ok(())
     }
 
-    fn solve<const B: usize, E: BlockHessian<B>>(
+    /// Solves up to the residual norm `target` in at most `limit` iterations.
+    fn solve<const B: usize>(
         &self,
-        energy: &E,
+        h: &BlockCsr<B>,
+        m: &impl HessianPreconditioner<B>,
         w: &Subspace<B>,
-        target: f64,
-        settings: &NewtonSettings,
+        (target, limit): (f64, usize),
         ws: &mut NewtonWorkspace<B>,
         counts: &mut Counts,
     ) -> Result<Outcome, NonlinearError> {
-        let m: &dyn Preconditioner = match settings.preconditioning {
-            Preconditioning::Jacobi if self.usable => &ws.jacobi,
-            Preconditioning::BlockJacobi if self.usable => &ws.block_jacobi,
-            _ => &Identity,
-        };
         ws.inner.resize(ws.g.len());
-        let matrix: &BlockCsr<B> = energy.matrix();
-        let limit = settings.max_inner_iterations.saturating_sub(counts.inner_iterations).max(1);
-        let outcome = truncated_cg::solve(matrix, m, w, &ws.g, target, limit, &mut ws.inner);
-        let Some(outcome) = outcome else {
-            let index = matrix.blocks().find(|(_, _, b)| b.as_flattened().iter().any(|v| !v.is_finite()));
-            let (index, iteration) = (index.map_or(0, |(i, _, _)| i * B), counts.iterations);
-            return Err(NonlinearError::HessianNotFinite { index, iteration });
-        };
+        let system = System { team: &ws.team, h, m: if self.usable { m } else { &Identity }, w };
+        let iteration = counts.iterations;
+        let outcome =
+            truncated_cg::solve(&system, &ws.g, target, limit, &mut ws.inner).map_err(|broken| match broken {
+                Broken::Hessian => NonlinearError::HessianNotFinite { index: first_bad_row(h), iteration },
+                Broken::Preconditioner(value) => NonlinearError::PreconditionerNotPositive { value, iteration },
+            })?;
         counts.inner_iterations += outcome.iterations;
         counts.products += outcome.iterations;
         debug_assert!(first_not_finite(&ws.inner.step).is_none());
         Ok(outcome)
     }
+}
+
+/// The first entry of the first block row that is not finite; 0 if only a sum overflows.
+fn first_bad_row<const B: usize>(h: &BlockCsr<B>) -> usize {
+    let bad = h.blocks().find(|(_, _, b)| b.as_flattened().iter().any(|v| !v.is_finite()));
+    bad.map_or(0, |(i, _, _)| i * B)
 }

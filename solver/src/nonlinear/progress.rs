@@ -1,8 +1,10 @@
 //! What the nonlinear methods share: the measure of an iterate, the report, the errors.
 
 use crate::energy::Energy;
+use crate::precondition::Preconditioner;
 use crate::stop::{Stop, StopRule, StopRuleError};
 use crate::subspace::Subspace;
+use crate::team::Team;
 use crate::vector::{first_not_finite, norm2};
 
 /// How a minimisation went.
@@ -87,6 +89,22 @@ pub enum NonlinearError {
         /// Iteration, 0 at the start.
         iteration: usize,
     },
+    /// The preconditioner is not positive definite on the subspace, or its product is not finite.
+    #[error("gᵀM⁻¹g = {value:e} at iteration {iteration}: the preconditioner is not positive definite")]
+    PreconditionerNotPositive {
+        /// The value that should have been positive and finite.
+        value: f64,
+        /// Iteration, 0 at the start.
+        iteration: usize,
+    },
+}
+
+/// `gᵀM⁻¹g` as a preconditioner gives it: no error if rounding has made it zero.
+pub(super) fn positive(value: f64, iteration: usize) -> Result<f64, NonlinearError> {
+    if value >= 0.0 && value.is_finite() {
+        return Ok(value);
+    }
+    Err(NonlinearError::PreconditionerNotPositive { value, iteration })
 }
 
 /// Evaluations so far.
@@ -151,6 +169,12 @@ impl<'a, const B: usize> Problem<'a, B> {
         counts.gradients += 1;
         self.w.split(g, reaction);
         Norms { residual: norm2(g), reaction: norm2(reaction) }
+    }
+
+    /// `z ← P_W M⁻¹ g`.
+    pub fn precondition(&self, team: &Team, m: &(impl Preconditioner + ?Sized), g: &[f64], z: &mut [f64]) {
+        m.apply_on(team, g, z);
+        self.w.project(z);
     }
 
     /// [`gradient`](Self::gradient) at the start, which must be finite.

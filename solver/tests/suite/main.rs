@@ -10,6 +10,8 @@ mod minres;
 mod model_systems;
 mod newton;
 mod nonlinear_cg;
+mod nonlinear_methods;
+mod nonlinear_outcomes;
 mod null_space;
 mod ordering;
 mod partition;

@@ -1,54 +1,29 @@
 //! Projected nonlinear conjugate gradients on energies with known minimisers.
 
-use crate::common::energies::{Chain, Law, Rosenbrock};
+use crate::common::energies::{Chain, Law, Quadratic, Rosenbrock};
 use crate::common::{distance, grid, rule};
-use stylet_solver::LinearOperator;
 use stylet_solver::energy::Energy;
 use stylet_solver::linear::{CgSettings, CgWorkspace, projected_cg};
 use stylet_solver::nonlinear::{
     NonlinearCgSettings, NonlinearCgWorkspace, NonlinearError, NonlinearReport, StepModel, nonlinear_cg,
 };
 use stylet_solver::precondition::{BlockJacobi, Identity, Jacobi};
-use stylet_solver::sparse::BlockCsr;
 use stylet_solver::stop::{Criterion, Stop};
 use stylet_solver::subspace::{Constraint, Subspace};
-use stylet_solver::vector::{dot, norm2};
+use stylet_solver::vector::norm2;
 
 fn settings(tolerance: f64, step: StepModel) -> NonlinearCgSettings {
-    NonlinearCgSettings { stop: rule(tolerance, Criterion::Reaction), max_iterations: 5_000, step }
+    NonlinearCgSettings {
+        max_iterations: 5_000,
+        step,
+        ..NonlinearCgSettings::new(rule(tolerance, Criterion::Reaction))
+    }
 }
 
 fn held(n: usize) -> Subspace<2> {
     let mut w = Subspace::new(n);
     w.set(0, Constraint::Fixed).unwrap();
     w
-}
-
-/// `½ xᵀA x − bᵀx`.
-struct Quadratic {
-    a: BlockCsr<2>,
-    b: Vec<f64>,
-}
-
-impl Energy for Quadratic {
-    fn dim(&self) -> usize {
-        self.b.len()
-    }
-
-    fn value(&mut self, x: &[f64]) -> f64 {
-        0.5 * self.a.apply_dot(x, &mut vec![0.0; x.len()]) - dot(&self.b, x)
-    }
-
-    fn gradient(&mut self, x: &[f64], g: &mut [f64]) {
-        self.a.apply(x, g);
-        g.iter_mut().zip(&self.b).for_each(|(g, b)| *g -= b);
-    }
-
-    fn linearize(&mut self, _: &[f64]) {}
-
-    fn hessian_apply(&self, p: &[f64], hp: &mut [f64]) {
-        self.a.apply(p, hp);
-    }
 }
 
 #[test]

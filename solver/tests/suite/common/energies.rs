@@ -2,6 +2,7 @@
 
 use stylet_solver::energy::{BlockHessian, Energy};
 use stylet_solver::sparse::BlockCsr;
+use stylet_solver::vector::dot;
 use stylet_solver::{Block, LinearOperator};
 
 /// Law of one spring under the relative elongation `e`.
@@ -205,5 +206,70 @@ impl Energy for Rosenbrock {
 impl BlockHessian<2> for Rosenbrock {
     fn matrix(&self) -> &BlockCsr<2> {
         &self.hessian
+    }
+}
+
+/// `½ xᵀA x − bᵀx`.
+pub struct Quadratic {
+    pub a: BlockCsr<2>,
+    pub b: Vec<f64>,
+}
+
+impl Energy for Quadratic {
+    fn dim(&self) -> usize {
+        self.b.len()
+    }
+
+    fn value(&mut self, x: &[f64]) -> f64 {
+        0.5 * self.a.apply_dot(x, &mut vec![0.0; x.len()]) - dot(&self.b, x)
+    }
+
+    fn gradient(&mut self, x: &[f64], g: &mut [f64]) {
+        self.a.apply(x, g);
+        g.iter_mut().zip(&self.b).for_each(|(g, b)| *g -= b);
+    }
+
+    fn linearize(&mut self, _: &[f64]) {}
+
+    fn hessian_apply(&self, p: &[f64], hp: &mut [f64]) {
+        self.a.apply(p, hp);
+    }
+}
+
+/// DIXMAANA: `1 + Σ xᵢ² + ⅛ Σ_{i ≤ 2m} xᵢ² x_{i+m}⁴ + ⅛ Σ_{i ≤ m} xᵢ x_{i+2m}` of `3m` variables, with the minimum 1 at 0; no
+/// Hessian.
+///
+/// Source: Dixon & Maany, Hatfield Polytechnic (1988), as in the CUTE collection.
+pub struct Dixmaana(pub usize);
+
+impl Energy for Dixmaana {
+    fn dim(&self) -> usize {
+        3 * self.0
+    }
+
+    fn value(&mut self, x: &[f64]) -> f64 {
+        let m = self.0;
+        let mixed: f64 = (0..2 * m).map(|i| x[i].powi(2) * x[i + m].powi(4)).sum();
+        let bilinear: f64 = (0..m).map(|i| x[i] * x[i + 2 * m]).sum();
+        1.0 + dot(x, x) + 0.125 * (mixed + bilinear)
+    }
+
+    fn gradient(&mut self, x: &[f64], g: &mut [f64]) {
+        let m = self.0;
+        g.iter_mut().zip(x).for_each(|(g, x)| *g = 2.0 * x);
+        for i in 0..2 * m {
+            g[i] += 0.25 * x[i] * x[i + m].powi(4);
+            g[i + m] += 0.5 * x[i].powi(2) * x[i + m].powi(3);
+        }
+        for i in 0..m {
+            g[i] += 0.125 * x[i + 2 * m];
+            g[i + 2 * m] += 0.125 * x[i];
+        }
+    }
+
+    fn linearize(&mut self, _: &[f64]) {}
+
+    fn hessian_apply(&self, _: &[f64], _: &mut [f64]) {
+        panic!("no method without curvature asks for it");
     }
 }
