@@ -67,6 +67,7 @@ impl<const B: usize, T: Real> Frozen<B, T> {
             self.release(slice);
         }
         self.slices.resize(windows * Self::SLICES_PER_WINDOW, Slice { rows: [NONE; MOST_LANES], ..Slice::default() });
+        self.lengths.resize(self.slices.len() * T::LANES, 0);
         self.fresh.resize(windows, 0);
         self.n_rows = n_rows;
         self.place.resize(n_rows, 0);
@@ -105,21 +106,26 @@ impl<const B: usize, T: Real> Frozen<B, T> {
         self.order.iter().step_by(T::LANES).map(|(length, _)| (u32::MAX - length) * T::LANES as u32).sum()
     }
 
-    /// Sorts the rows of a window by length and copies all of them.
+    /// Sorts the rows of a window by length and copies all of them; slices whose place has the right size stay there.
     fn lay_out(&mut self, window: usize, matrix: &BlockCsr<B>) {
-        Self::slices_of(window).for_each(|slice| self.release(slice));
         self.fresh[window] = self.fresh_layout(window, matrix);
         let order = std::mem::take(&mut self.order);
-        for (slice, rows) in Self::slices_of(window).zip(order.chunks(T::LANES)) {
-            self.allocate(slice, (u32::MAX - rows[0].0) as usize);
-            for (lane, &(_, row)) in rows.iter().enumerate() {
+        let width = |k: usize| order.get(k * T::LANES).map_or(0, |(length, _)| u32::MAX - length);
+        for (k, slice) in Self::slices_of(window).enumerate() {
+            if self.slices[slice].slot.capacity != width(k) {
+                self.release(slice);
+            }
+        }
+        for (k, slice) in Self::slices_of(window).enumerate() {
+            self.allocate(slice, width(k) as usize);
+            let rows = order.get(k * T::LANES..).unwrap_or_default();
+            for (lane, &(_, row)) in rows.iter().take(T::LANES).enumerate() {
                 self.slices[slice].rows[lane] = row;
                 self.place[row as usize] = (slice * T::LANES + lane) as u32;
                 self.copy_row(row as usize, matrix);
             }
         }
         self.order = order;
-        self.windows_laid += 1;
     }
 
     /// Copies a row to where it is, its slice made wider or narrower as needed; whether the length of the row changed.
@@ -152,21 +158,24 @@ impl<const B: usize, T: Real> Frozen<B, T> {
         before
     }
 
-    /// Moves a slice to a place with `width` positions.
+    /// Gives a slice `width` positions, in another place if its own is too small.
     fn widen(&mut self, slice: usize, width: usize) {
         let old = self.slices[slice].slot;
         let rows = self.slices[slice].rows;
-        let slot = self.take(width);
+        let mut slot = Slot { len: width as u32, ..old };
+        if width > old.capacity as usize {
+            slot = self.take(width);
+            self.cols.copy_within(Self::lanes_of(&old.range()), slot.start as usize * T::LANES);
+            self.vals.copy_within(old.range(), slot.start as usize);
+            self.arena.release(old);
+        }
         let to = slot.start as usize;
-        self.cols.copy_within(Self::lanes_of(&old.range()), to * T::LANES);
-        self.vals.copy_within(old.range(), to);
         let added = to + old.len as usize..to + width;
         let padding = rows.map(|row| if row == NONE { self.padding_row(slice) } else { row });
         for cols in self.cols[Self::lanes_of(&added)].chunks_exact_mut(T::LANES) {
             cols.copy_from_slice(&padding[..T::LANES]);
         }
         self.vals[added].fill(no_blocks::<B, T>());
-        self.arena.release(old);
         self.streamed += (width - old.len as usize) * T::LANES;
         self.slices[slice].slot = slot;
     }
@@ -190,16 +199,21 @@ impl<const B: usize, T: Real> Frozen<B, T> {
         self.arena.release(slot);
     }
 
-    /// Gives a slice without a place one, all of it padding.
+    /// Makes a slice, in its place or in a new one if it has none, all padding.
     fn allocate(&mut self, slice: usize, width: usize) {
-        let slot = self.take(width);
-        self.lengths.resize(self.slices.len() * T::LANES, 0);
+        self.streamed -= self.slices[slice].slot.len as usize * T::LANES;
+        if self.slices[slice].slot.capacity as usize != width {
+            self.slices[slice].slot = self.take(width);
+        }
+        let slot = &mut self.slices[slice].slot;
+        slot.len = width as u32;
+        let range = slot.range();
+        self.slices[slice].rows = [NONE; MOST_LANES];
         self.lengths[slice * T::LANES..(slice + 1) * T::LANES].fill(0);
         let padding = self.padding_row(slice);
-        self.cols[Self::lanes_of(&slot.range())].fill(padding);
-        self.vals[slot.range()].fill(no_blocks::<B, T>());
+        self.cols[Self::lanes_of(&range)].fill(padding);
+        self.vals[range].fill(no_blocks::<B, T>());
         self.streamed += width * T::LANES;
-        self.slices[slice].slot = slot;
     }
 
     fn take(&mut self, width: usize) -> Slot {

@@ -59,7 +59,6 @@ pub struct Frozen<const B: usize, T: Real = f64> {
     changed: Vec<u32>,
     order: Vec<(u32, u32)>,
     rows_copied: u64,
-    windows_laid: u64,
 }
 
 impl<const B: usize, T: Real> Frozen<B, T> {
