@@ -2,7 +2,7 @@
 
 use super::args::{Method, Precision, Precond, SolveArgs};
 use super::input::Problem;
-use super::preconditioners::{self, AnyPreconditioner, Stacked, rows_of_node};
+use super::preconditioners::{self, AnyPreconditioner, Stacked};
 use super::saddle::Saddle;
 use crate::args::threads_or_all;
 use crate::exit::Failure;

@@ -75,7 +75,7 @@ pub fn reason<const B: usize>(error: &PreconditionerError) -> String {
 }
 
 /// `row 4` or `rows 10 to 12`.
-pub fn rows_of_node<const B: usize>(node: usize) -> String {
+fn rows_of_node<const B: usize>(node: usize) -> String {
     if B == 1 { format!("row {}", node + 1) } else { format!("rows {} to {}", node * B + 1, node * B + B) }
 }
 
