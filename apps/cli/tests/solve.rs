@@ -64,6 +64,9 @@ fn every_method_with_every_preconditioner_solves_a_file_of_scipy() {
     for method in ["cholesky", "ldlt", "lblt"] {
         runs.push(format!("--method {method} --precision mixed"));
     }
+    for precond in ["none", "block-jacobi"] {
+        runs.push(format!("--precond {precond} --precision mixed --block 2"));
+    }
     for precond in PRECONDITIONERS {
         for method in ["cg", "minres"] {
             for block in [1, 2] {
@@ -373,7 +376,11 @@ fn options_that_cannot_be() {
         ("--method gauss", &["--method: found gauss, expected one of cg, minres, cholesky"][..]),
         ("--precond ilu", &["--precond: found ilu, expected one of none, jacobi"]),
         ("--precision f16", &["--precision: found f16, expected one of f64, mixed"]),
-        ("--precision mixed", &["--precision: found mixed together with --method cg"]),
+        ("--precision mixed --method minres", &["--precision: found mixed together with --method minres"]),
+        (
+            "--precision mixed --precond ic0",
+            &["--precond: found ic0 together with --precision mixed, expected none or"],
+        ),
         ("--method cholesky --precond ic0", &["--precond: found ic0 together with --method cholesky"]),
         ("--block 4", &["--block: found 4, expected 1, 2 or 3"]),
         ("--block 0", &["--block: found 0"]),

@@ -140,7 +140,7 @@ pub enum Precond {
 pub enum Precision {
     /// 64 bits throughout.
     F64,
-    /// A factor in 32 bits, corrected by residuals in 64.
+    /// Conjugate gradients with none or block-jacobi, or a factor, in 32 bits, corrected by residuals in 64.
     Mixed,
 }
 

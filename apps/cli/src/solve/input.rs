@@ -67,12 +67,17 @@ fn choose(args: &SolveArgs) -> Result<(Method, Precond), Failure> {
         let why = if method.is_direct() { "which needs none" } else { "which has its own" };
         return refuse(format!("--precond: found {precond} together with --method {method}, {why}"));
     }
-    if args.precision == Precision::Mixed && !method.is_direct() {
-        let expected = "cholesky, ldlt or lblt";
+    if args.precision == Precision::Mixed && !method.is_direct() && method != Method::Cg {
+        let expected = "cg, cholesky, ldlt or lblt";
         return refuse(format!("--precision: found mixed together with --method {method}, expected {expected}"));
     }
     let default = if method == Method::Cg { Precond::BlockJacobi } else { Precond::None };
-    Ok((method, args.precond.unwrap_or(default)))
+    let precond = args.precond.unwrap_or(default);
+    if args.precision == Precision::Mixed && !matches!(precond, Precond::None | Precond::BlockJacobi) {
+        let expected = "none or block-jacobi";
+        return refuse(format!("--precond: found {precond} together with --precision mixed, expected {expected}"));
+    }
+    Ok((method, precond))
 }
 
 fn check_matrix(path: &Path, matrix: &ScalarCsr) -> Result<(), Failure> {

@@ -12,10 +12,12 @@ use stylet_solver::LinearOperator;
 use stylet_solver::linear::direct::{self, DirectError, Factor, FactorNumber, FillOrder, Symbolic};
 use stylet_solver::linear::{
     CgSettings, CgWorkspace, ConstrainedError, ConstrainedWorkspace, ConstraintPreconditioner, Elimination,
-    EliminationError, EliminationWorkspace, KktOperator, KktWorkspace, KrylovSettings, MinresWorkspace, RefineSettings,
-    RefineWorkspace, constrained_cg, elimination_cg, kkt_cg, kkt_minres, minres, projected_cg, refine,
+    EliminationError, EliminationWorkspace, KktOperator, KktWorkspace, KrylovSettings, MinresWorkspace, MixedWorkspace,
+    RefineSettings, RefineWorkspace, constrained_cg, elimination_cg, kkt_cg, kkt_minres, minres, mixed_cg,
+    projected_cg, refine,
 };
-use stylet_solver::sparse::{BlockCsr, ScalarCsr};
+use stylet_solver::precondition::{BlockJacobi, Identity, Preconditioner};
+use stylet_solver::sparse::{BlockCsr, Frozen, ScalarCsr};
 use stylet_solver::stop::{Criterion, Stop, StopRule};
 use stylet_solver::subspace::Subspace;
 use stylet_solver::team::Team;
@@ -38,8 +40,9 @@ pub struct Solution {
     pub constraint_residual: Option<f64>,
     /// Why this is no solution.
     pub reason: Option<String>,
+    /// Bytes of the matrix that a product reads, padding included.
     pub matrix_bytes: usize,
-    /// Bytes of a product of the matrix over its time, 1e9 B/s.
+    /// Bytes of a product over its time, 1e9 B/s.
     pub product_gb_s: f64,
 }
 
@@ -49,6 +52,8 @@ type Solve<'a> = Box<dyn FnMut(&mut [f64]) -> Result<(Stop, usize), String> + 'a
 /// What the methods work on.
 struct System<'a, const B: usize> {
     a: &'a BlockCsr<B>,
+    /// The same matrix, laid out for products.
+    product: Frozen<B>,
     /// Nothing is held.
     w: &'a Subspace<B>,
     problem: &'a Problem,
@@ -70,13 +75,18 @@ pub fn solve<const B: usize, const M: usize>(
     let bad_input = |what: &dyn std::fmt::Display| Failure::bad_input(format!("{}: {what}", args.matrix.display()));
     let a = problem.matrix.to_blocks::<B>().map_err(|error| bad_input(&error))?;
     let w = Subspace::new(a.n_rows());
+    stage("sets up");
+    let began = Instant::now();
+    let product = Frozen::new(&a);
+    let layout_s = began.elapsed().as_secs_f64();
     let held = match &problem.saddle {
-        Some(saddle) => held_forces(saddle, &a).map_err(|error| bad_input(&error))?,
+        Some(saddle) => held_forces(saddle, &product).map_err(|error| bad_input(&error))?,
         None => 0.0,
     };
     let scale = norm2(&problem.b) + held;
     let system = System {
         a: &a,
+        product,
         w: &w,
         problem,
         stop: StopRule { tolerance: args.tol, criterion: Criterion::External, round_floor: args.tol * held },
@@ -89,8 +99,9 @@ pub fn solve<const B: usize, const M: usize>(
     let relative_residual = relative_residual(&system, &x, scale).map_err(|error| bad_input(&error))?;
     let constraint_residual = problem.saddle.as_ref().map(|saddle| saddle.violation(&x));
     let reason = reason.or_else(|| verdict(relative_residual, constraint_residual, args.tol));
-    let (matrix_bytes, product_gb_s) = measure_product(&system);
-    let (setup_s, solve_s) = times;
+    let product_gb_s = measure_product(&system);
+    let matrix_bytes = system.product.bytes_moved() - 2 * size_of_val(&x[..]);
+    let (setup_s, solve_s) = (layout_s + times.0, times.1);
     Ok(Solution {
         x,
         iterations,
@@ -124,7 +135,6 @@ fn run<const B: usize, const M: usize>(
     if let Some(reason) = &system.problem.not_definite {
         return (x, 0, (0.0, Vec::new()), Some(reason.clone()));
     }
-    stage("sets up");
     let began = Instant::now();
     let prepared = prepare::<B, M>(system);
     let setup_s = began.elapsed().as_secs_f64();
@@ -176,6 +186,7 @@ fn verdict(residual: f64, constraints: Option<f64>, tolerance: f64) -> Option<St
 fn prepare<'a, const B: usize, const M: usize>(system: &'a System<'a, B>) -> Result<Solve<'a>, String> {
     let Problem { method, saddle, .. } = system.problem;
     match (method, saddle) {
+        (Method::Cg, _) if system.precision == Precision::Mixed => cg_in_both_formats(system),
         (Method::Cg, _) => cg(system, system.preconditioner::<M>()?),
         (Method::Minres, None) => plain_minres(system, system.preconditioner::<M>()?),
         (Method::Cholesky, _) => direct(system, direct::Method::Llt),
@@ -212,9 +223,28 @@ impl<const B: usize> System<'_, B> {
 }
 
 fn cg<'a, const B: usize>(system: &'a System<'a, B>, m: AnyPreconditioner) -> Result<Solve<'a>, String> {
-    let (settings, mut ws) = (system.cg(), CgWorkspace::new());
+    let (settings, mut ws) = (system.cg(), CgWorkspace::on(&system.team));
     Ok(Box::new(move |x| {
-        let report = projected_cg(system.a, &*m, system.w, &system.problem.b, x, &settings, &mut ws);
+        let report = projected_cg(&system.product, &*m, system.w, &system.problem.b, x, &settings, &mut ws);
+        report.map(|report| (report.stop, report.iterations)).map_err(|error| error.to_string())
+    }))
+}
+
+/// Conjugate gradients in f32, corrected by residuals in f64.
+fn cg_in_both_formats<'a, const B: usize>(system: &'a System<'a, B>) -> Result<Solve<'a>, String> {
+    let m: Box<dyn Preconditioner<f32>> = match system.problem.precond {
+        Precond::None => Box::new(Identity),
+        Precond::BlockJacobi => {
+            let m = BlockJacobi::in_single_precision(system.a, system.w);
+            Box::new(m.map_err(|error| preconditioners::reason::<B>(&error))?)
+        }
+        _ => unreachable!("other preconditioners were refused with mixed precision"),
+    };
+    let product = Frozen::<B, f32>::new(system.a);
+    let (settings, mut ws) = (system.cg(), MixedWorkspace::on(&system.team));
+    Ok(Box::new(move |x| {
+        let b = &system.problem.b;
+        let report = mixed_cg(&system.product, &product, &*m, system.w, b, x, &settings, &mut ws);
         report.map(|report| (report.stop, report.iterations)).map_err(|error| error.to_string())
     }))
 }
@@ -222,7 +252,7 @@ fn cg<'a, const B: usize>(system: &'a System<'a, B>, m: AnyPreconditioner) -> Re
 fn plain_minres<'a, const B: usize>(system: &'a System<'a, B>, m: AnyPreconditioner) -> Result<Solve<'a>, String> {
     let (settings, mut ws) = (system.krylov(), MinresWorkspace::on(system.team.clone()));
     Ok(Box::new(move |x| {
-        let report = minres(system.a, &*m, system.w, &system.problem.b, x, &settings, &mut ws);
+        let report = minres(&system.product, &*m, system.w, &system.problem.b, x, &settings, &mut ws);
         report.map(|report| (report.stop, report.iterations)).map_err(|error| error.to_string())
     }))
 }
@@ -231,7 +261,7 @@ fn direct<'a, const B: usize>(system: &'a System<'a, B>, method: direct::Method)
     let m = factor(system.a, system.w, method, system.precision)?;
     let (settings, mut ws) = (system.refine(), RefineWorkspace::new());
     Ok(Box::new(move |x| {
-        let report = refine(system.a, &*m, system.w, &system.problem.b, x, &settings, &mut ws);
+        let report = refine(&system.product, &*m, system.w, &system.problem.b, x, &settings, &mut ws);
         report.map(|report| (report.stop, report.iterations)).map_err(|error| error.to_string())
     }))
 }
@@ -303,7 +333,7 @@ fn saddle_krylov<'a, const B: usize, const M: usize>(
             first: if *kind == Precond::BlockJacobi { None } else { Some(system.preconditioner::<M>()?) },
         }),
     };
-    let k = KktOperator::new(system.a, system.w, &saddle.constraints).map_err(|error| error.to_string())?;
+    let k = KktOperator::new(&system.product, system.w, &saddle.constraints).map_err(|error| error.to_string())?;
     let solve = if *method == Method::Minres { kkt_minres } else { kkt_cg };
     let (settings, mut ws) = (system.krylov(), KktWorkspace::on(system.team.clone()));
     let mut y = vec![0.0; saddle.constraints.n_rows()];
@@ -330,7 +360,7 @@ fn projected<'a, const B: usize>(system: &'a System<'a, B>, saddle: &'a Saddle) 
     let mut y = vec![0.0; saddle.constraints.n_rows()];
     Ok(Box::new(move |x| {
         y.fill(0.0);
-        let report = constrained_cg(system.a, &m, &system.problem.b, x, &mut y, &settings, &mut ws);
+        let report = constrained_cg(&system.product, &m, &system.problem.b, x, &mut y, &settings, &mut ws);
         report.map(|report| (report.stop, report.iterations)).map_err(|error| error.to_string())
     }))
 }
@@ -345,7 +375,7 @@ fn null_space<'a, const B: usize>(system: &'a System<'a, B>, saddle: &'a Saddle)
     })?;
     let (settings, mut ws) = (system.cg(), EliminationWorkspace::new());
     Ok(Box::new(move |x| {
-        let report = elimination_cg(system.a, &e, &system.problem.b, x, &settings, &mut ws);
+        let report = elimination_cg(&system.product, &e, &system.problem.b, x, &settings, &mut ws);
         report.map(|report| (report.stop, report.iterations)).map_err(|error| error.to_string())
     }))
 }
@@ -355,7 +385,7 @@ fn relative_residual<const B: usize>(system: &System<'_, B>, x: &[f64], scale: f
     let Problem { matrix, b, saddle, .. } = system.problem;
     let mut r = residual(matrix, b, x);
     if let Some(saddle) = saddle {
-        let y = saddle.multipliers(system.a, b, x)?;
+        let y = saddle.multipliers(&system.product, b, x)?;
         saddle.constraints.add_transposed(-1.0, &y, &mut r);
     }
     let norm = norm2(&r);
@@ -370,11 +400,9 @@ fn residual(matrix: &ScalarCsr, b: &[f64], x: &[f64]) -> Vec<f64> {
     b.iter().enumerate().map(|(row, b)| b - product(row)).collect()
 }
 
-/// Bytes of the matrix, and its bytes and those of two vectors over the time of a product, 1e9 B/s.
-fn measure_product<const B: usize>(system: &System<'_, B>) -> (usize, f64) {
-    let a = system.a;
-    let bytes =
-        a.n_blocks() * (size_of::<stylet_solver::Block<B>>() + size_of::<u32>()) + a.n_rows() * size_of::<u32>();
+/// Bytes of a product over its time, 1e9 B/s.
+fn measure_product<const B: usize>(system: &System<'_, B>) -> f64 {
+    let a = &system.product;
     let x = vec![1.0; a.dim()];
     let mut y = vec![0.0; a.dim()];
     let began = Instant::now();
@@ -384,6 +412,5 @@ fn measure_product<const B: usize>(system: &System<'_, B>) -> (usize, f64) {
         a.apply_on(&system.team, std::hint::black_box(&x), std::hint::black_box(&mut y));
         best = best.min(since.elapsed().as_secs_f64());
     }
-    let moved = bytes + 2 * size_of_val(&x[..]);
-    (bytes, moved as f64 / best.max(1e-9) * 1e-9)
+    a.bytes_moved() as f64 / best.max(1e-9) * 1e-9
 }
