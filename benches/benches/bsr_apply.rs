@@ -56,7 +56,7 @@ fn measure<const B: usize>(c: &mut Criterion, name: &str, matrix: &BlockCsr<B>) 
         b.iter(|| parallel.apply(black_box(&x), black_box(&mut y)));
     });
 
-    let (indptr, indices, values) = matrix.to_scalar_csr();
+    let (indptr, indices, values) = matrix.to_scalar_csr().into_parts();
     let scalar = sprs::CsMat::new((x.len(), x.len()), indptr, indices, values);
     group.bench_function(BenchmarkId::new("sprs", rows), |b| {
         b.iter(|| {

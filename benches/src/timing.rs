@@ -59,7 +59,7 @@ impl Product {
     /// Times both products in turns, the median of `turns`.
     pub fn of(matrix: &BlockCsr<2>, turns: usize) -> Self {
         let n = matrix.dim();
-        let (indptr, indices, values) = matrix.to_scalar_csr();
+        let (indptr, indices, values) = matrix.to_scalar_csr().into_parts();
         let scalar = sprs::CsMat::new((n, n), indptr, indices, values);
         let x = input(n);
         let mut y = vec![0.0; n];

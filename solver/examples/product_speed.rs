@@ -83,7 +83,7 @@ fn main() {
                 f32s / limit32
             );
         }
-        let (indptr, indices, values) = a.to_scalar_csr();
+        let (indptr, indices, values) = a.to_scalar_csr().into_parts();
         let scalar = sprs::CsMat::new((x.len(), x.len()), indptr, indices, values);
         let sprs = seconds(|| {
             y.fill(0.0);

@@ -18,6 +18,7 @@
 //! * [`complementarity`]: forces within bounds, by block pivoting or projected Gauss-Seidel;
 //! * [`condensation`]: small dense responses of a body, and exact changes of them;
 //! * [`dense`]: Cholesky factors of small matrices;
+//! * [`matrix_market`]: matrices and vectors in files;
 //! * [`energy`]: what the nonlinear methods know of a problem;
 //! * [`nonlinear`]: projected nonlinear conjugate gradients and projected Newton-CG;
 //! * [`check`]: Taylor tests for gradients and Hessians.
@@ -68,6 +69,7 @@ pub mod condensation;
 pub mod dense;
 pub mod energy;
 pub mod linear;
+pub mod matrix_market;
 #[cfg(feature = "metis")]
 mod metis_graph;
 pub mod nonlinear;

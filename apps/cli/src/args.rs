@@ -1,6 +1,7 @@
 //! The arguments.
 
 use crate::mesh::args::MeshArgs;
+use crate::solve::args::SolveArgs;
 use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
 
@@ -15,6 +16,7 @@ Examples:
   stylet run mine.toml --probe 0.05,0.05 --json     displacement at a point, as JSON
   stylet bench density --quick                      run time and error beside published ones
   stylet mesh refine --start kuhn3 --point 0.3,0.3,0.6 --size 0.01
+  stylet solve A.mtx b.mtx --precond ic0 --out x.mtx
 
 Units are SI everywhere: m, kg, s, N, Pa, rad.
 Exit codes: 0 done; 2 bad input; 3 the run cannot converge; 130 stopped by Ctrl-C.";
@@ -39,6 +41,8 @@ pub enum Command {
     Bench(BenchArgs),
     /// Make, refine, check, draw and convert meshes.
     Mesh(MeshArgs),
+    /// Solve a symmetric linear system from Matrix Market files, with or without constraints.
+    Solve(Box<SolveArgs>),
 }
 
 const SCENES_EXAMPLES: &str = "\
@@ -145,12 +149,14 @@ pub fn threads_or_all(asked: Option<usize>) -> usize {
     asked.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from).min(MOST_THREADS))
 }
 
-fn threads(text: &str) -> Result<usize, String> {
+/// A number of threads.
+pub fn threads(text: &str) -> Result<usize, String> {
     let number = text.parse().ok().filter(|n| (1..=MOST_THREADS).contains(n));
     number.ok_or_else(|| format!("a whole number from 1 to {MOST_THREADS}"))
 }
 
-fn count(text: &str) -> Result<usize, String> {
+/// A number of things.
+pub fn count(text: &str) -> Result<usize, String> {
     text.parse().ok().filter(|&n| n > 0).ok_or_else(|| "a whole number, at least 1".to_owned())
 }
 

@@ -1,4 +1,4 @@
-//! The command line `stylet`: scenes, runs, benchmarks and meshes.
+//! The command line `stylet`: scenes, runs, benchmarks, meshes and linear systems.
 //!
 //! Standard output carries what was asked for and nothing else; progress and errors go to standard error, an error in one
 //! line. Exit codes: [`Exit`].
@@ -6,6 +6,7 @@
 mod args;
 mod bench;
 mod exit;
+mod facts;
 mod interrupt;
 mod mesh;
 mod output;
@@ -14,6 +15,7 @@ mod progress;
 mod report;
 mod run;
 mod scenes;
+mod solve;
 mod usage;
 
 use args::{Cli, Command};
@@ -40,5 +42,6 @@ fn execute(cli: Cli) -> Result<Exit, Failure> {
         Some(Command::Run(args)) => run::execute(&args),
         Some(Command::Bench(args)) => bench::execute(&args),
         Some(Command::Mesh(args)) => mesh::execute(&args),
+        Some(Command::Solve(args)) => solve::execute(args),
     }
 }

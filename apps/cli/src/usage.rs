@@ -32,8 +32,12 @@ fn one_line(error: &clap::Error) -> String {
         // A flag at the end of the line, or an empty value.
         ErrorKind::InvalidValue => {
             let found = text(ContextKind::InvalidValue).unwrap_or_default();
-            let expected = text(ContextKind::InvalidArg).unwrap_or_default();
-            format!("{}: found {}, expected {expected}", argument(), quoted(&found))
+            let expected = match text(ContextKind::ValidValue) {
+                Some(words) => format!("one of {words}"),
+                None => text(ContextKind::InvalidArg).unwrap_or_default(),
+            };
+            let near = near(ContextKind::SuggestedValue);
+            format!("{}: found {}, expected {expected}{near}", argument(), quoted(&found))
         }
         ErrorKind::UnknownArgument => {
             let found = text(ContextKind::InvalidArg).unwrap_or_default();
@@ -45,7 +49,7 @@ fn one_line(error: &clap::Error) -> String {
             let near = near(ContextKind::SuggestedSubcommand);
             let expected = match std::env::args().nth(1).as_deref() {
                 Some("mesh") => "box, refine, coarsen, quality, convert or remesh",
-                _ => "scenes, run, bench or mesh",
+                _ => "scenes, run, bench, mesh or solve",
             };
             format!("{found}: found a command that does not exist, expected {expected}{near}")
         }

@@ -8,7 +8,7 @@ use support::{Folder, expect_refusal, refuses};
 fn arguments() {
     let folder = Folder::new();
     for (arguments, parts) in [
-        ("rum", &["rum", "expected scenes, run, bench or mesh", "nearest is run"][..]),
+        ("rum", &["rum", "expected scenes, run, bench, mesh or solve", "nearest is run"][..]),
         ("run", &["SCENE"]),
         ("run slab2d-static --setp mesh.h_ref=3", &["--setp", "nearest is --set"]),
         ("run slab2d-static extra", &["extra"]),

@@ -1,11 +1,8 @@
-//! Views of the matrix for other libraries, for tests, and for files.
+//! Views of the matrix for tests, and its serialised form.
 
 use super::{BlockCsr, SparseError};
 use crate::Block;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
-
-/// A scalar CSR matrix `(indptr, indices, values)`, as `sprs` or `faer` take it.
-pub type ScalarCsr = (Vec<usize>, Vec<usize>, Vec<f64>);
 
 impl<const B: usize> BlockCsr<B> {
     /// All entries, row by row: `dim * dim` numbers.
@@ -20,24 +17,6 @@ impl<const B: usize> BlockCsr<B> {
             }
         }
         dense
-    }
-
-    /// Scalar rows with ascending columns; stored zeros stay.
-    #[must_use]
-    pub fn to_scalar_csr(&self) -> ScalarCsr {
-        let mut indptr = vec![0];
-        let (mut indices, mut values) = (Vec::new(), Vec::new());
-        for i in 0..self.n_rows() {
-            let (cols, blocks) = self.row(i);
-            for k in 0..B {
-                for (&j, block) in cols.iter().zip(blocks) {
-                    indices.extend((0..B).map(|l| j as usize * B + l));
-                    values.extend_from_slice(&block[k]);
-                }
-                indptr.push(indices.len());
-            }
-        }
-        (indptr, indices, values)
     }
 
     /// Largest `|a_ij − a_ji|`; entries that are not stored count as zero.

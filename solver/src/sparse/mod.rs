@@ -11,8 +11,10 @@ mod contributions;
 mod convert;
 mod frozen;
 mod kernel;
+mod scalar_csr;
+mod views;
 
 pub use block_csr::{BlockCsr, SparseError};
 pub use contributions::{ContributionError, ElementBlocks, ElementContributions, LazyReport, RefreshRule};
-pub use convert::ScalarCsr;
 pub use frozen::Frozen;
+pub use scalar_csr::{Asymmetry, ConversionError, ScalarCsr};

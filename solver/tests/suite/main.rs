@@ -3,9 +3,12 @@
 mod common;
 
 mod constrained;
+#[cfg(all(feature = "sprs", feature = "nalgebra", feature = "direct"))]
+mod conversions;
 #[cfg(feature = "direct")]
 mod direct;
 mod many_cg;
+mod matrix_market;
 mod minres;
 mod model_systems;
 mod newton;

@@ -1,9 +1,9 @@
 //! `stylet mesh box`.
 
 use super::args::BoxArgs;
-use super::facts::{Facts, print_json};
 use super::{files, picture};
 use crate::exit::{Exit, Failure};
+use crate::facts::{Facts, print_json};
 use crate::probe::numbers;
 use serde_json::json;
 use stylet_mesh::generate::kuhn_box;

@@ -1,12 +1,12 @@
 //! `stylet mesh coarsen`.
 
 use super::args::CoarsenArgs;
-use super::facts::{Facts, print_json, seconds};
 use super::feature::Feature;
 use super::refine::{Plan, merge};
 use super::source::{AnyMesh, Job, Loaded, Start};
 use super::{files, picture};
 use crate::exit::{Exit, Failure};
+use crate::facts::{Facts, print_json, seconds};
 use crate::interrupt;
 use crate::progress::{Meter, Place};
 use serde_json::{Value, json};

@@ -1,9 +1,9 @@
 //! `stylet mesh convert`.
 
 use super::args::ConvertArgs;
-use super::facts::{Facts, print_json};
 use super::files;
 use crate::exit::{Exit, Failure};
+use crate::facts::{Facts, print_json};
 use serde_json::json;
 use stylet_mesh::io::MeshData;
 

@@ -4,7 +4,6 @@ pub mod args;
 mod boxes;
 mod coarsen;
 mod convert;
-mod facts;
 mod feature;
 mod files;
 mod path;

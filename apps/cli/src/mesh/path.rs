@@ -1,7 +1,7 @@
 //! Where a needle goes: positions of its tip in a file, or a path made from a seed.
 
-use super::facts::count;
 use crate::exit::Failure;
+use crate::facts::count;
 use std::path::Path;
 use stylet_mesh::remesh::paths::{PathKind, path};
 

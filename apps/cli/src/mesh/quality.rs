@@ -1,10 +1,10 @@
 //! `stylet mesh quality`.
 
 use super::args::{ColourArg, QualityArgs};
-use super::facts::{Facts, count, print_json};
 use super::source::{AnyMesh, Job, Loaded, Soup};
 use super::{files, picture};
 use crate::exit::{Exit, Failure};
+use crate::facts::{Facts, count, print_json};
 use serde_json::json;
 use stylet_mesh::Rule;
 use stylet_mesh::check::{CheckSettings, Repair, RepairSettings, Report, check, repair};

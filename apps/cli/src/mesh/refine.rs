@@ -1,11 +1,11 @@
 //! `stylet mesh refine`.
 
 use super::args::{FeatureArgs, RefineArgs, RuleArg};
-use super::facts::{Facts, count, print_json, seconds};
 use super::feature::Feature;
 use super::source::{AnyMesh, Job, Loaded, Start};
 use super::{files, picture};
 use crate::exit::{Exit, Failure};
+use crate::facts::{Facts, count, print_json, seconds};
 use crate::interrupt;
 use crate::progress::{Meter, Place};
 use serde_json::{Value, json};

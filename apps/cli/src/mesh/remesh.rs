@@ -1,11 +1,11 @@
 //! `stylet mesh remesh`.
 
 use super::args::RemeshArgs;
-use super::facts::{Facts, count, print_json, seconds};
 use super::path::TipPath;
 use super::source::{AnyMesh, Loaded, Start};
 use super::{files, picture};
 use crate::exit::{Exit, Failure};
+use crate::facts::{Facts, count, print_json, seconds};
 use crate::interrupt;
 use crate::progress::{Meter, Place};
 use serde_json::json;

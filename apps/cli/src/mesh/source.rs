@@ -1,8 +1,8 @@
 //! Where a mesh comes from: Kuhn's triangulation of a unit cube, or a file.
 
-use super::facts::count;
 use super::files;
 use crate::exit::Failure;
+use crate::facts::count;
 use stylet_mesh::generate::kuhn_box_with_rule;
 use stylet_mesh::import::Imported;
 use stylet_mesh::io::{CellBlock, MeshData, RegionName};

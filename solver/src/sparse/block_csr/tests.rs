@@ -232,7 +232,7 @@ fn asymmetry_is_the_largest_difference() {
 #[test]
 fn scalar_rows_agree_with_sprs() {
     let matrix = band(40);
-    let (indptr, indices, values) = matrix.to_scalar_csr();
+    let (indptr, indices, values) = matrix.to_scalar_csr().into_parts();
     let scalar = sprs::CsMat::new((80, 80), indptr, indices, values);
     let x: Vec<f64> = (0..80).map(f64::from).collect();
     let mut y = vec![0.0; 80];
