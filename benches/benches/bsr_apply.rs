@@ -1,4 +1,5 @@
-//! What does a product `A x` cost per block, from cache to main memory, and against scalar CSR on the same numbers?
+//! What does a product `A x` cost per block, from cache to main memory: dynamic and frozen, in f64 and f32, on one thread and
+//! two, and against scalar CSR on the same numbers?
 //!
 //! Stiffness matrices of a triangulated square (7 blocks of 2x2 a row) and a cube of tetrahedra (15 blocks of 3x3 a row).
 //! Throughput counts blocks. `sprs` adds to its output, which must be cleared first, as our product does.
@@ -13,7 +14,8 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use std::hint::black_box;
 use stylet_physics::body::Body;
 use stylet_solver::LinearOperator;
-use stylet_solver::sparse::BlockCsr;
+use stylet_solver::sparse::{BlockCsr, Frozen};
+use stylet_solver::team::Team;
 
 /// Parts along the side of the square: 289 to 66 049 rows.
 const SQUARES: [usize; 5] = [16, 32, 64, 128, 256];
@@ -40,24 +42,28 @@ fn cubes(c: &mut Criterion) {
 fn measure<const B: usize>(c: &mut Criterion, name: &str, matrix: &BlockCsr<B>) {
     let rows = matrix.n_rows();
     let x: Vec<f64> = (0..matrix.dim()).map(|i| 1.0 + 1e-3 * (i % 7) as f64).collect();
-    let mut y = vec![0.0; x.len()];
+    let x32: Vec<f32> = x.iter().map(|&x| x as f32).collect();
+    let (mut y, mut y32) = (vec![0.0; x.len()], vec![0.0; x.len()]);
+    let (frozen, frozen32) = (Frozen::<B>::new(matrix), Frozen::<B, f32>::new(matrix));
     let mut group = c.benchmark_group(name);
     group.throughput(Throughput::Elements(matrix.n_blocks() as u64));
 
-    group
-        .bench_function(BenchmarkId::new("apply", rows), |b| b.iter(|| matrix.apply(black_box(&x), black_box(&mut y))));
-    group.bench_function(BenchmarkId::new("apply_dot", rows), |b| {
-        b.iter(|| matrix.apply_dot(black_box(&x), black_box(&mut y)));
+    group.bench_function(BenchmarkId::new("dynamic", rows), |b| {
+        b.iter(|| matrix.apply(black_box(&x), black_box(&mut y)));
     });
-    // Small matrices stay on one thread whatever they are allowed.
-    let mut parallel = matrix.clone();
-    parallel.set_threads(2);
-    group.bench_function(BenchmarkId::new("apply_2_threads", rows), |b| {
-        b.iter(|| parallel.apply(black_box(&x), black_box(&mut y)));
-    });
-
-    let (indptr, indices, values) = matrix.to_scalar_csr().into_parts();
-    let scalar = sprs::CsMat::new((x.len(), x.len()), indptr, indices, values);
+    for threads in [1, 2] {
+        let team = Team::new(threads);
+        group.bench_function(BenchmarkId::new(format!("frozen_f64_{threads}"), rows), |b| {
+            b.iter(|| frozen.apply_on(&team, black_box(&x), black_box(&mut y)));
+        });
+        group.bench_function(BenchmarkId::new(format!("frozen_f64_dot_{threads}"), rows), |b| {
+            b.iter(|| frozen.apply_dot_on(&team, black_box(&x), black_box(&mut y)));
+        });
+        group.bench_function(BenchmarkId::new(format!("frozen_f32_{threads}"), rows), |b| {
+            b.iter(|| frozen32.apply_on(&team, black_box(&x32), black_box(&mut y32)));
+        });
+    }
+    let scalar = sprs::CsMat::<f64>::from(matrix);
     group.bench_function(BenchmarkId::new("sprs", rows), |b| {
         b.iter(|| {
             y.fill(0.0);

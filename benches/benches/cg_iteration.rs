@@ -1,7 +1,8 @@
-//! What does an iteration of projected conjugate gradients cost beyond its product, and what does a preconditioner add?
+//! What does an iteration of preconditioned conjugate gradients cost beyond its product, in f64 and in f32, on one thread and
+//! two?
 //!
-//! A square clamped on its right side is pulled to the left; every solve stops after the same number of iterations, well
-//! before it converges. Throughput counts iterations, so its inverse is the time of one. `products` are the products of
+//! A cube of tetrahedra, clamped on one side, is pulled at the other; every solve stops after the same number of iterations,
+//! well before it converges. Throughput counts iterations, so its inverse is the time of one. `products` are the products of
 //! such a solve alone, the floor of the others.
 //!
 //! ```text
@@ -12,79 +13,80 @@ mod support;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use std::hint::black_box;
-use stylet_physics::body::Body;
 use stylet_solver::LinearOperator;
-use stylet_solver::linear::{CgReport, CgSettings, CgWorkspace, projected_cg};
+use stylet_solver::linear::{CgReport, CgSettings, CgWorkspace, MixedWorkspace, mixed_cg, projected_cg};
 use stylet_solver::precondition::{BlockJacobi, Identity, Jacobi, Preconditioner};
-use stylet_solver::sparse::BlockCsr;
+use stylet_solver::sparse::Frozen;
 use stylet_solver::stop::{Criterion as Residual, Stop, StopRule};
-use stylet_solver::subspace::{Constraint, Subspace};
+use stylet_solver::team::Team;
+use support::Clamped;
 
 /// Iterations of a solve, one product each, after the one that evaluates the first residual.
 const ITERATIONS: usize = 20;
-/// Parts along the side: 289 to 66 049 nodes.
-const SQUARES: [usize; 4] = [16, 64, 128, 256];
+/// Parts along the side: 1,000 to 15,625 nodes.
+const CUBES: [usize; 3] = [9, 13, 24];
 
-/// A load and supports for a matrix.
-struct Problem<'a> {
-    matrix: &'a BlockCsr<2>,
-    subspace: Subspace<2>,
-    load: Vec<f64>,
+/// A problem and who solves it.
+struct Problem {
+    body: Clamped,
+    frozen: Frozen<3>,
+    team: Team,
 }
 
-impl Problem<'_> {
-    fn solve(&self, m: &impl Preconditioner, x: &mut [f64], ws: &mut CgWorkspace) -> CgReport {
+impl Problem {
+    fn settings() -> CgSettings {
         // Not so tight that the solver distrusts its recurrence and evaluates residuals afresh.
         let stop = StopRule { tolerance: 1e-6, criterion: Residual::External, round_floor: 0.0 };
-        let settings = CgSettings { stop, max_iterations: ITERATIONS };
-        x.fill(0.0);
-        projected_cg(self.matrix, m, &self.subspace, &self.load, x, &settings, ws).expect("a positive definite matrix")
+        CgSettings { stop, max_iterations: ITERATIONS }
     }
 
-    fn measure(&self, c: &mut Criterion, name: &str, m: &impl Preconditioner) {
-        let mut x = vec![0.0; self.load.len()];
-        let mut ws = CgWorkspace::new();
-        let report = self.solve(m, &mut x, &mut ws);
+    fn measure(&self, c: &mut Criterion, name: &str, mut solve: impl FnMut(&mut [f64]) -> CgReport) {
+        let mut x = vec![0.0; self.body.load.len()];
+        let report = solve(&mut x);
         assert_eq!((report.stop, report.iterations), (Stop::IterationLimit, ITERATIONS), "{name}: {report:?}");
-        let mut group = c.benchmark_group("cg_iteration");
-        group.throughput(Throughput::Elements(ITERATIONS as u64));
-        group.bench_function(BenchmarkId::new(name, self.matrix.n_rows()), |b| {
-            b.iter(|| self.solve(m, black_box(&mut x), &mut ws));
+        self.time(c, name, || {
+            x.fill(0.0);
+            black_box(solve(black_box(&mut x)));
         });
+    }
+
+    fn time(&self, c: &mut Criterion, name: &str, work: impl FnMut()) {
+        let mut group = c.benchmark_group(format!("cg_iteration/{}", self.team.size()));
+        group.throughput(Throughput::Elements(ITERATIONS as u64));
+        let mut work = work;
+        group.bench_function(BenchmarkId::new(name, self.body.matrix.n_rows()), |b| b.iter(&mut work));
         group.finish();
     }
 
-    fn measure_products(&self, c: &mut Criterion) {
-        let mut y = vec![0.0; self.load.len()];
-        let mut group = c.benchmark_group("cg_iteration");
-        group.throughput(Throughput::Elements(ITERATIONS as u64));
-        group.bench_function(BenchmarkId::new("products", self.matrix.n_rows()), |b| {
-            b.iter(|| (0..=ITERATIONS).for_each(|_| self.matrix.apply(black_box(&self.load), black_box(&mut y))));
+    fn cg(&self, c: &mut Criterion, name: &str, m: &impl Preconditioner) {
+        let Clamped { subspace, load, .. } = &self.body;
+        let mut ws = CgWorkspace::on(&self.team);
+        self.measure(c, name, |x| {
+            projected_cg(&self.frozen, m, subspace, load, x, &Self::settings(), &mut ws).expect("positive definite")
         });
-        group.finish();
     }
 }
 
 fn solves(c: &mut Criterion) {
-    for n in SQUARES {
-        let mesh = support::cube::<2, 3>(n);
-        let body = Body::new(&mesh, support::linear_slab(), support::TISSUE.2).expect("a body");
-        let mut subspace = Subspace::new(mesh.n_vertex_slots());
-        let mut load = vec![0.0; 2 * mesh.n_vertex_slots()];
-        for (v, x) in mesh.points().iter().enumerate() {
-            if x[0] == support::SIDE {
-                subspace.set(v, Constraint::Fixed).expect("a vertex of the mesh");
-            } else {
-                load[2 * v] = -1.0 / mesh.n_vertices() as f64;
-            }
-        }
-        let problem = Problem { matrix: body.stiffness(), subspace, load };
-        problem.measure_products(c);
-        problem.measure(c, "none", &Identity);
-        let jacobi = Jacobi::new(problem.matrix, &problem.subspace).expect("positive diagonals");
-        problem.measure(c, "jacobi", &jacobi);
-        let block_jacobi = BlockJacobi::new(problem.matrix, &problem.subspace).expect("positive definite blocks");
-        problem.measure(c, "block_jacobi", &block_jacobi);
+    for (n, threads) in CUBES.into_iter().flat_map(|n| [(n, 1), (n, 2)]) {
+        let body = support::clamped_cube(n);
+        let problem = Problem { frozen: Frozen::new(&body.matrix), team: Team::new(threads), body };
+        let Clamped { matrix, subspace, load } = &problem.body;
+        let mut y = vec![0.0; load.len()];
+        problem.time(c, "products", || {
+            (0..=ITERATIONS).for_each(|_| problem.frozen.apply_on(&problem.team, black_box(load), black_box(&mut y)));
+        });
+        problem.cg(c, "none", &Identity);
+        problem.cg(c, "jacobi", &Jacobi::new(matrix, subspace).expect("positive diagonals"));
+        problem.cg(c, "block_jacobi", &BlockJacobi::new(matrix, subspace).expect("positive definite blocks"));
+
+        let single = Frozen::<3, f32>::new(matrix);
+        let m = BlockJacobi::in_single_precision(matrix, subspace).expect("positive definite blocks");
+        let mut ws = MixedWorkspace::on(&problem.team);
+        problem.measure(c, "block_jacobi_mixed", |x| {
+            mixed_cg(&problem.frozen, &single, &m, subspace, load, x, &Problem::settings(), &mut ws)
+                .expect("positive definite")
+        });
     }
 }
 

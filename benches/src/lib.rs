@@ -9,7 +9,9 @@ mod fields;
 mod materials;
 mod mesh;
 mod published;
+mod random;
 mod report;
+mod solvers;
 mod speed;
 mod timing;
 mod tolerance;
@@ -64,6 +66,11 @@ pub const SUITES: &[Suite] = &[
         name: "mesh",
         about: "the mesh layer: exact counts, times, bytes, long runs of the remesher",
         run: mesh::run,
+    },
+    Suite {
+        name: "solvers",
+        about: "the solver core: products, methods x preconditioners x tolerances, targets, a page of results",
+        run: solvers::run,
     },
 ];
 

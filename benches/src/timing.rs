@@ -55,6 +55,35 @@ fn batch(work: &mut dyn FnMut(), batches: usize) -> f64 {
     median(&mut times)
 }
 
+/// Times of several works done in turns, so that what disturbs the machine disturbs all of them: one time per work and turn,
+/// after a warm-up. A work is repeated until it fills `fill` seconds.
+pub(crate) fn in_turns(turns: usize, fill: f64, works: &mut [&mut dyn FnMut()]) -> Vec<Vec<f64>> {
+    let repeats: Vec<usize> = works
+        .iter_mut()
+        .map(|work| {
+            work();
+            let since = Instant::now();
+            work();
+            (fill / since.elapsed().as_secs_f64().max(1e-9)).ceil().clamp(1.0, 1e4) as usize
+        })
+        .collect();
+    let mut times = vec![Vec::with_capacity(turns); works.len()];
+    for _ in 0..turns {
+        for ((work, &repeats), times) in works.iter_mut().zip(&repeats).zip(&mut times) {
+            let since = Instant::now();
+            (0..repeats).for_each(|_| work());
+            times.push(since.elapsed().as_secs_f64() / repeats as f64);
+        }
+    }
+    times
+}
+
+/// Median of the ratios of times that were taken in turns.
+pub(crate) fn ratio(above: &[f64], below: &[f64]) -> f64 {
+    let mut ratios: Vec<f64> = above.iter().zip(below).map(|(above, below)| above / below).collect();
+    median(&mut ratios)
+}
+
 impl Product {
     /// Times both products in turns, the median of `turns`.
     pub fn of(matrix: &BlockCsr<2>, turns: usize) -> Self {

@@ -7,7 +7,10 @@ use criterion::Criterion;
 use std::time::Duration;
 use stylet_mesh::SimplexMesh;
 use stylet_mesh::generate::kuhn_box;
+use stylet_physics::body::Body;
 use stylet_physics::material::{Linear, NeoHookean, PlaneStress};
+use stylet_solver::sparse::BlockCsr;
+use stylet_solver::subspace::{Constraint, Subspace};
 
 /// Side of the box, m.
 pub const SIDE: f64 = 0.1;
@@ -22,6 +25,32 @@ pub fn criterion() -> Criterion {
 /// A square in `n x n` parts, a cube in `n x n x n`.
 pub fn cube<const D: usize, const N: usize>(n: usize) -> SimplexMesh<D, N> {
     kuhn_box([0.0; D], [SIDE; D], [n; D]).expect("a box")
+}
+
+/// A cube of linear tissue, one face held.
+pub struct Clamped {
+    /// Stiffness of all nodes, N/m.
+    pub matrix: BlockCsr<3>,
+    /// The nodes of the face x = [`SIDE`] are fixed.
+    pub subspace: Subspace<3>,
+    /// A newton along -x, shared by all other nodes.
+    pub load: Vec<f64>,
+}
+
+/// `n x n x n` parts.
+pub fn clamped_cube(n: usize) -> Clamped {
+    let mesh = cube::<3, 4>(n);
+    let body = Body::new(&mesh, linear(), 1.0).expect("a body");
+    let mut subspace = Subspace::new(mesh.n_vertex_slots());
+    let mut load = vec![0.0; 3 * mesh.n_vertex_slots()];
+    for (v, x) in mesh.points().iter().enumerate() {
+        if x[0] == SIDE {
+            subspace.set(v, Constraint::Fixed).expect("a vertex of the mesh");
+        } else {
+            load[3 * v] = -1.0 / mesh.n_vertices() as f64;
+        }
+    }
+    Clamped { matrix: body.stiffness().clone(), subspace, load }
 }
 
 /// A linear tissue.

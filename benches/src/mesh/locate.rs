@@ -1,6 +1,7 @@
 //! Location of random points in uniformly refined meshes, and in start meshes of the same size.
 
 use super::times;
+use crate::random::SplitMix64;
 use crate::timing::median;
 use crate::{BenchOptions, Figure, Numbers, Report, Row};
 use stylet_mesh::{MeshChange, SimplexMesh, generate::kuhn_box};
@@ -78,17 +79,8 @@ fn row(report: &mut Report, case: &str, method: &str, cells: usize, seconds: f64
     });
 }
 
-/// Random points in the unit box, the same on every run: 53 bits of a SplitMix64 sequence each.
-///
-/// Source: Steele, Lea & Flood, *Fast splittable pseudorandom number generators*, OOPSLA (2014).
+/// Random points in the unit box, the same on every run.
 fn points<const D: usize>() -> Vec<[f64; D]> {
-    let mut state = 1_u64;
-    let mut next = move || {
-        state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = state;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
-    };
-    (0..POINTS).map(|_| std::array::from_fn(|_| next())).collect()
+    let mut random = SplitMix64(1);
+    (0..POINTS).map(|_| std::array::from_fn(|_| random.unit())).collect()
 }

@@ -1,0 +1,34 @@
+//! The solver core: products against what memory gives, methods and preconditioners against each other and against other
+//! libraries, and what each of them should reach.
+
+mod baseline;
+mod coupled;
+mod grid;
+mod methods;
+mod multilevel;
+mod page;
+mod patch;
+mod products;
+mod systems;
+mod targets;
+mod triad;
+
+use crate::{BenchError, BenchOptions, Report};
+
+pub(crate) fn run(options: &BenchOptions, say: &mut dyn FnMut(&str)) -> Result<Report, BenchError> {
+    let mut report = Report::new("solvers", options.threads);
+    products::run(options, say, &mut report);
+    grid::run(options, say, &mut report)?;
+    targets::add(&mut report);
+    for part in [patch::run, coupled::run, multilevel::run] {
+        if options.stopped() {
+            break;
+        }
+        part(options, say, &mut report);
+    }
+    if let Some(folder) = &options.out {
+        let page = page::markdown(&report, page::today());
+        report.write(folder, "solvers.md", &page)?;
+    }
+    Ok(report)
+}
