@@ -2,7 +2,8 @@
 //!
 //! An iteration of a solver is a few passes of microseconds each over the same vectors. Handing such a pass to a thread pool
 //! costs about as much as the pass; the members of a [`Team`] watch one counter instead, and start within a fraction of a
-//! microsecond. Between solves they sleep.
+//! microsecond. A member that has no core at that moment is not waited for: the others do its share. Between solves members
+//! sleep.
 //!
 //! Everything that a team computes has the bits that one thread computes: vectors are cut at whole chunks of
 //! [`vector::CHUNK`](crate::vector::CHUNK) entries, and their sums are added in order by the thread that asked.
@@ -50,8 +51,8 @@ impl Team {
         self.members.as_ref().map_or(1, |members| members.size())
     }
 
-    /// Calls `pass(i, &mut parts[i])` once for every part, member `k` taking the parts `k`, `k + size`, …, and returns when all
-    /// are done.
+    /// Calls `pass(i, &mut parts[i])` once for every part, and returns when all are done. With one part for each member, member
+    /// `k` takes part `k`, unless it is late and another one has taken it.
     ///
     /// # Panics
     /// If `pass` does; the other members finish theirs first.
