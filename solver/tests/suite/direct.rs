@@ -336,7 +336,7 @@ fn saddle_point(cells: usize, ties: usize) -> (BlockCsr<1>, Vec<f64>) {
     let h = cube(cells, 0.34);
     let n = h.load.len();
     let mut rows: Vec<Vec<(u32, f64)>> = vec![Vec::new(); n + ties];
-    let (starts, cols, values) = h.a.to_scalar_csr();
+    let (starts, cols, values) = h.a.to_scalar_csr().into_parts();
     for i in 0..n {
         rows[i] = (starts[i]..starts[i + 1]).map(|at| (cols[at] as u32, values[at])).collect();
     }

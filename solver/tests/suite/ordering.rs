@@ -26,7 +26,7 @@ fn sprs_order(graph: &impl Adjacency) -> Permutation {
 
 /// Entries of the scalar Cholesky factor of a matrix with this pattern of blocks, by faer's symbolic analysis.
 fn fill<const B: usize>(a: &BlockCsr<B>, order: &Permutation) -> usize {
-    let (starts, rows, _) = order.matrix(a).unwrap().to_scalar_csr();
+    let (starts, rows, _) = order.matrix(a).unwrap().to_scalar_csr().into_parts();
     let n = starts.len() - 1;
     let pattern = SymbolicSparseColMatRef::new_checked(n, n, &starts, None, &rows);
     let params = CholeskySymbolicParams {
