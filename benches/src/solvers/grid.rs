@@ -54,8 +54,8 @@ pub(super) fn run(options: &BenchOptions, say: &mut dyn FnMut(&str), report: &mu
                 });
                 continue;
             };
-            let counts = if options.quick { vec![2] } else { vec![1, 2] };
-            for threads in counts.into_iter().map(|count| count.min(options.threads)) {
+            let most = options.threads.clamp(1, 2);
+            for threads in if options.quick { most..=most } else { 1..=most } {
                 if options.stopped() {
                     return Ok(());
                 }
