@@ -33,12 +33,26 @@ const MAX_ITERATIONS: usize = 5000;
 pub(super) enum Kind {
     /// Ours, iterative.
     Ours,
+    /// Ours, iterative, with nothing to offer on the large system.
+    Small,
     /// Ours, by a factorisation that faer does; not tried on the large system, where it takes half a minute.
     Direct,
     /// Someone else's, on one thread.
     Peer,
     /// As [`Peer`](Self::Peer), by a factorisation.
     DirectPeer,
+}
+
+impl Kind {
+    /// Whether it is an iterative method of ours.
+    pub fn is_ours(self) -> bool {
+        matches!(self, Self::Ours | Self::Small)
+    }
+
+    /// Whether it is someone else's.
+    pub fn is_peer(self) -> bool {
+        matches!(self, Self::Peer | Self::DirectPeer)
+    }
 }
 
 /// A way to solve a [`Case`].
@@ -65,15 +79,15 @@ pub(super) struct Solved {
     pub stop: Stop,
 }
 
-use Kind::{Direct, DirectPeer, Ours, Peer};
+use Kind::{Direct, DirectPeer, Ours, Peer, Small};
 
 /// All of them.
 pub(super) const METHODS: &[Method] = &[
-    Method { solver: "cg", preconditioner: "none", kind: Ours, set_up: |case, team| Ok(cg(case, team, Identity, 1)) },
+    Method { solver: "cg", preconditioner: "none", kind: Small, set_up: |case, team| Ok(cg(case, team, Identity, 1)) },
     Method {
         solver: "cg",
         preconditioner: "jacobi",
-        kind: Ours,
+        kind: Small,
         set_up: |case, team| Ok(cg(case, team, Jacobi::new(&case.matrix, &case.free).map_err(text)?, 1)),
     },
     Method {
@@ -82,9 +96,9 @@ pub(super) const METHODS: &[Method] = &[
         kind: Ours,
         set_up: |case, team| Ok(cg(case, team, BlockJacobi::new(&case.matrix, &case.free).map_err(text)?, 1)),
     },
-    Method { solver: "cg, unfrozen", preconditioner: "block-jacobi", kind: Ours, set_up: unfrozen },
+    Method { solver: "cg, unfrozen", preconditioner: "block-jacobi", kind: Small, set_up: unfrozen },
     Method { solver: "mixed-cg", preconditioner: "block-jacobi", kind: Ours, set_up: mixed },
-    Method { solver: "minres", preconditioner: "block-jacobi", kind: Ours, set_up: minimal_residual },
+    Method { solver: "minres", preconditioner: "block-jacobi", kind: Small, set_up: minimal_residual },
     Method {
         solver: "cg",
         preconditioner: "chebyshev",
