@@ -64,10 +64,12 @@ pub(super) struct Method {
     pub set_up: for<'a> fn(&'a Case, &Team) -> Result<Prepared<'a>, String>,
 }
 
+/// Solves to a relative residual, from `x = 0`.
+type Solve<'a> = Box<dyn FnMut(f64, &mut [f64]) -> Result<Solved, String> + 'a>;
+
 /// A method that is ready to solve.
 pub(super) struct Prepared<'a> {
-    /// Solves to a relative residual, from `x = 0`.
-    pub solve: Box<dyn FnMut(f64, &mut [f64]) -> Result<Solved, String> + 'a>,
+    pub solve: Solve<'a>,
     /// Products with the matrix per iteration.
     pub products: usize,
 }
