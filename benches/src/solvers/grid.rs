@@ -2,6 +2,7 @@
 
 use super::methods::{Kind, METHODS, Method, Prepared, settings, smoothed_aggregation};
 use super::systems::{Case, cube, layered};
+use super::threads_text;
 use crate::timing::median;
 use crate::{BenchError, BenchOptions, Numbers, Report, Row};
 use std::time::Instant;
@@ -33,6 +34,8 @@ struct Group {
     cases: Vec<Case>,
     tolerances: &'static [f64],
     large: bool,
+    /// Whether one thread is tried beside two.
+    serial: bool,
     effort: Effort,
 }
 
@@ -54,12 +57,12 @@ pub(super) fn run(options: &BenchOptions, say: &mut dyn FnMut(&str), report: &mu
                 });
                 continue;
             };
-            let counts = if options.quick { vec![2] } else { vec![1, 2] };
-            for threads in counts.into_iter().map(|count| count.min(options.threads)) {
+            let most = options.threads.clamp(1, 2);
+            for threads in if group.serial { 1..=most } else { most..=most } {
                 if options.stopped() {
                     return Ok(());
                 }
-                say(&format!("{}: {threads} threads", case.name));
+                say(&format!("{}: {}", case.name, threads_text(threads)));
                 let rows = measure(case, &group, threads, &exact, options);
                 report.rows.extend(rows);
             }
@@ -81,21 +84,33 @@ fn groups(quick: bool) -> Vec<Box<dyn Fn() -> Group>> {
     if quick {
         let effort = Effort { turns: 2, seconds: 0.05 };
         let cases = move || of(cube(13, 0.34), &[None, Some(1e-3)]);
-        return vec![Box::new(move || Group { cases: cases(), tolerances: &[1e-2, TARGET], large: false, effort })];
+        return vec![Box::new(move || Group {
+            cases: cases(),
+            tolerances: &[1e-2, TARGET],
+            large: false,
+            serial: false,
+            effort,
+        })];
     }
     let mut all: Vec<Box<dyn Fn() -> Group>> = Vec::new();
     for poisson in [0.34, 0.45, 0.49] {
         let cases = move || of(cube(13, poisson), &STEPS);
-        all.push(Box::new(move || Group { cases: cases(), tolerances: small, large: false, effort }));
+        all.push(Box::new(move || Group { cases: cases(), tolerances: small, large: false, serial: true, effort }));
     }
     for poisson in [0.34, 0.45, 0.49] {
         let cases = move || of(layered(poisson), if poisson == 0.34 { &STEPS } else { &STEPS[..1] });
-        all.push(Box::new(move || Group { cases: cases(), tolerances: small, large: false, effort }));
+        all.push(Box::new(move || Group { cases: cases(), tolerances: small, large: false, serial: true, effort }));
     }
     let effort = Effort { turns: 3, seconds: 1.0 };
     for poisson in [0.34, 0.45, 0.49] {
         let cases = move || of(cube(36, poisson), if poisson == 0.34 { &STEPS } else { &STEPS[..1] });
-        all.push(Box::new(move || Group { cases: cases(), tolerances: &[1e-3, TARGET], large: true, effort }));
+        all.push(Box::new(move || Group {
+            cases: cases(),
+            tolerances: &[1e-3, TARGET],
+            large: true,
+            serial: poisson == 0.34,
+            effort,
+        }));
     }
     all
 }
@@ -154,7 +169,7 @@ fn measure(case: &Case, group: &Group, threads: usize, exact: &[f64], options: &
             threads,
             ..Row::default()
         };
-        let since = Instant::now();
+        let begin = Instant::now();
         let mut prepared = match (method.set_up)(case, &team) {
             Ok(prepared) => prepared,
             Err(note) => {
@@ -162,10 +177,15 @@ fn measure(case: &Case, group: &Group, threads: usize, exact: &[f64], options: &
                 continue;
             }
         };
-        for &tolerance in group.tolerances {
+        let mut set_ups = vec![begin.elapsed().as_secs_f64()];
+        let mut solves = vec![Vec::new(); group.tolerances.len()];
+        for (&tolerance, times) in group.tolerances.iter().zip(&mut solves) {
             x.fill(0.0);
             let row = Row { tolerance: Some(tolerance), ..base.clone() };
-            rows.push(match (prepared.solve)(tolerance, &mut x) {
+            let since = Instant::now();
+            let outcome = (prepared.solve)(tolerance, &mut x);
+            times.push(since.elapsed().as_secs_f64());
+            rows.push(match outcome {
                 Err(note) => Row { note, ..row },
                 Ok(solved) => {
                     let residual = relative_residual(case, &x);
@@ -181,12 +201,17 @@ fn measure(case: &Case, group: &Group, threads: usize, exact: &[f64], options: &
                 }
             });
         }
-        let solves = vec![Vec::new(); group.tolerances.len()];
-        runners.push(Runner { method, prepared, set_ups: Vec::new(), solves, spent: since.elapsed().as_secs_f64() });
+        // The first pass warms up; of a method that takes long it is all there is.
+        let spent = begin.elapsed().as_secs_f64();
+        if spent < group.effort.seconds {
+            set_ups.clear();
+            solves.iter_mut().for_each(Vec::clear);
+        }
+        runners.push(Runner { method, prepared, set_ups, solves, spent });
     }
-    for turn in 0..group.effort.turns {
+    for _ in 0..group.effort.turns {
         for runner in &mut runners {
-            if turn == 0 || (runner.spent < group.effort.seconds && !options.stopped()) {
+            if runner.spent < group.effort.seconds && (runner.set_ups.is_empty() || !options.stopped()) {
                 runner.turn(case, &team, group.tolerances, &mut x);
             }
         }
@@ -208,12 +233,13 @@ fn measure(case: &Case, group: &Group, threads: usize, exact: &[f64], options: &
     rows
 }
 
-/// Peers have one thread; what takes minutes on the large system is left out there.
+/// Peers have one thread; what takes long on the large system is left out there.
 fn tried(method: &Method, large: bool, threads: usize, quick: bool) -> bool {
     match method.kind {
         Kind::Ours => true,
+        Kind::Small => !large,
         Kind::Direct => !large && !quick,
-        Kind::Peer => threads == 1 || quick,
+        Kind::Peer => !large && (threads == 1 || quick),
         Kind::DirectPeer => !large && (threads == 1 || quick),
     }
 }
@@ -241,7 +267,7 @@ fn chart(case: &str, rows: &[Row]) -> Option<Chart> {
     let most = rows.iter().map(|row| row.threads).max()?;
     let mut series = Vec::new();
     for (colour, method) in METHODS.iter().enumerate() {
-        let peer = matches!(method.kind, Kind::Peer | Kind::DirectPeer);
+        let peer = method.kind.is_peer();
         let of_method = rows.iter().filter(|row| {
             row.method == method.solver && row.preconditioner == method.preconditioner && (row.threads == most || peer)
         });
@@ -254,7 +280,7 @@ fn chart(case: &str, rows: &[Row]) -> Option<Chart> {
         series.push(Series { name, points, style: Style::LinePoints, dashed: peer, colour: Some(colour) });
     }
     Some(Chart {
-        title: format!("{case}: error against time, {most} threads (peers: one)"),
+        title: format!("{case}: error against time, {} (peers: one)", threads_text(most)),
         x_label: "set-up and solve (ms)".into(),
         y_label: "relative error in the energy norm".into(),
         log_x: true,

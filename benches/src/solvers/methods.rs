@@ -7,7 +7,9 @@ use faer::linalg::solvers::SolveCore;
 use faer::sparse::SparseColMat;
 use faer::sparse::linalg::solvers::{Llt, SymbolicLlt};
 use faer::{Conj, MatMut};
+use std::borrow::Borrow;
 use std::sync::Arc;
+use stylet_solver::LinearOperator;
 use stylet_solver::linear::direct::{Factor, FactorNumber, FillOrder, Method as Factors, Symbolic};
 use stylet_solver::linear::{
     CgSettings, CgWorkspace, KrylovSettings, MinresWorkspace, MixedWorkspace, RefineSettings, RefineWorkspace, minres,
@@ -19,7 +21,7 @@ use stylet_solver::precondition::aggregation::{
 use stylet_solver::precondition::{
     BlockJacobi, Chebyshev, ChebyshevSettings, Identity, IncompleteCholesky, Jacobi, Preconditioner, Ssor, SsorSettings,
 };
-use stylet_solver::sparse::Frozen;
+use stylet_solver::sparse::{BlockCsr, Frozen};
 use stylet_solver::stop::{Criterion, Stop, StopRule};
 use stylet_solver::team::Team;
 
@@ -31,12 +33,26 @@ const MAX_ITERATIONS: usize = 5000;
 pub(super) enum Kind {
     /// Ours, iterative.
     Ours,
+    /// Ours, iterative, with nothing to offer on the large system.
+    Small,
     /// Ours, by a factorisation that faer does; not tried on the large system, where it takes half a minute.
     Direct,
     /// Someone else's, on one thread.
     Peer,
     /// As [`Peer`](Self::Peer), by a factorisation.
     DirectPeer,
+}
+
+impl Kind {
+    /// Whether it is an iterative method of ours.
+    pub fn is_ours(self) -> bool {
+        matches!(self, Self::Ours | Self::Small)
+    }
+
+    /// Whether it is someone else's.
+    pub fn is_peer(self) -> bool {
+        matches!(self, Self::Peer | Self::DirectPeer)
+    }
 }
 
 /// A way to solve a [`Case`].
@@ -48,10 +64,12 @@ pub(super) struct Method {
     pub set_up: for<'a> fn(&'a Case, &Team) -> Result<Prepared<'a>, String>,
 }
 
+/// Solves to a relative residual, from `x = 0`.
+type Solve<'a> = Box<dyn FnMut(f64, &mut [f64]) -> Result<Solved, String> + 'a>;
+
 /// A method that is ready to solve.
 pub(super) struct Prepared<'a> {
-    /// Solves to a relative residual, from `x = 0`.
-    pub solve: Box<dyn FnMut(f64, &mut [f64]) -> Result<Solved, String> + 'a>,
+    pub solve: Solve<'a>,
     /// Products with the matrix per iteration.
     pub products: usize,
 }
@@ -63,15 +81,15 @@ pub(super) struct Solved {
     pub stop: Stop,
 }
 
-use Kind::{Direct, DirectPeer, Ours, Peer};
+use Kind::{Direct, DirectPeer, Ours, Peer, Small};
 
 /// All of them.
 pub(super) const METHODS: &[Method] = &[
-    Method { solver: "cg", preconditioner: "none", kind: Ours, set_up: |case, team| Ok(cg(case, team, Identity, 1)) },
+    Method { solver: "cg", preconditioner: "none", kind: Small, set_up: |case, team| Ok(cg(case, team, Identity, 1)) },
     Method {
         solver: "cg",
         preconditioner: "jacobi",
-        kind: Ours,
+        kind: Small,
         set_up: |case, team| Ok(cg(case, team, Jacobi::new(&case.matrix, &case.free).map_err(text)?, 1)),
     },
     Method {
@@ -80,8 +98,9 @@ pub(super) const METHODS: &[Method] = &[
         kind: Ours,
         set_up: |case, team| Ok(cg(case, team, BlockJacobi::new(&case.matrix, &case.free).map_err(text)?, 1)),
     },
+    Method { solver: "cg, unfrozen", preconditioner: "block-jacobi", kind: Small, set_up: unfrozen },
     Method { solver: "mixed-cg", preconditioner: "block-jacobi", kind: Ours, set_up: mixed },
-    Method { solver: "minres", preconditioner: "block-jacobi", kind: Ours, set_up: minimal_residual },
+    Method { solver: "minres", preconditioner: "block-jacobi", kind: Small, set_up: minimal_residual },
     Method {
         solver: "cg",
         preconditioner: "chebyshev",
@@ -155,23 +174,42 @@ fn text(error: impl std::fmt::Display) -> String {
     error.to_string()
 }
 
-/// Conjugate gradients with a preconditioner; `products` per iteration, the one of the iteration itself among them.
+/// Conjugate gradients with a preconditioner on the frozen matrix; `products` per iteration, the one of the iteration itself
+/// among them.
 fn cg<'a>(case: &'a Case, team: &Team, m: impl Preconditioner + 'a, products: usize) -> Prepared<'a> {
-    let a = Frozen::<3>::new(&case.matrix);
+    cg_with::<Frozen<3>>(case, team, Frozen::new(&case.matrix), m, products)
+}
+
+/// Conjugate gradients on the matrix as it is: nothing to prepare, for solves of a few iterations.
+fn unfrozen<'a>(case: &'a Case, team: &Team) -> Result<Prepared<'a>, String> {
+    let m = BlockJacobi::new(&case.matrix, &case.free).map_err(text)?;
+    Ok(cg_with::<BlockCsr<3>>(case, team, &case.matrix, m, 1))
+}
+
+fn cg_with<'a, A: LinearOperator>(
+    case: &'a Case,
+    team: &Team,
+    a: impl Borrow<A> + 'a,
+    m: impl Preconditioner + 'a,
+    products: usize,
+) -> Prepared<'a> {
     let mut ws = CgWorkspace::on(team);
     let solve = move |tolerance: f64, x: &mut [f64]| {
-        let report = projected_cg(&a, &m, &case.free, &case.load, x, &settings(tolerance), &mut ws).map_err(text)?;
+        let report =
+            projected_cg(a.borrow(), &m, &case.free, &case.load, x, &settings(tolerance), &mut ws).map_err(text)?;
         Ok(Solved { iterations: report.iterations, stop: report.stop })
     };
     Prepared { solve: Box::new(solve), products }
 }
 
+/// Two products in f64 a solve, with the matrix as it is; all others in f32.
 fn mixed<'a>(case: &'a Case, team: &Team) -> Result<Prepared<'a>, String> {
     let m = BlockJacobi::in_single_precision(&case.matrix, &case.free).map_err(text)?;
-    let (a, a32) = (Frozen::<3>::new(&case.matrix), Frozen::<3, f32>::new(&case.matrix));
+    let a32 = Frozen::<3, f32>::new(&case.matrix);
     let mut ws = MixedWorkspace::on(team);
     let solve = move |tolerance: f64, x: &mut [f64]| {
-        let report = mixed_cg(&a, &a32, &m, &case.free, &case.load, x, &settings(tolerance), &mut ws).map_err(text)?;
+        let report =
+            mixed_cg(&case.matrix, &a32, &m, &case.free, &case.load, x, &settings(tolerance), &mut ws).map_err(text)?;
         Ok(Solved { iterations: report.iterations, stop: report.stop })
     };
     Ok(Prepared { solve: Box::new(solve), products: 1 })

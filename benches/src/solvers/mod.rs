@@ -32,3 +32,8 @@ pub(crate) fn run(options: &BenchOptions, say: &mut dyn FnMut(&str)) -> Result<R
     }
     Ok(report)
 }
+
+/// A number of threads in words.
+fn threads_text(count: usize) -> String {
+    if count == 1 { "one thread".to_owned() } else { format!("{count} threads") }
+}

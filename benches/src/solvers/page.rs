@@ -1,7 +1,8 @@
 //! The report as one page of documentation.
 
 use super::grid::{TARGET, file_name};
-use super::methods::{Kind, METHODS};
+use super::methods::METHODS;
+use super::threads_text;
 use crate::{Report, Row};
 use std::fmt::Write as _;
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -34,9 +35,13 @@ pub(super) fn markdown(report: &Report, (year, month, day): (i64, u32, u32)) -> 
         machine.cores,
     );
     page += &targets(report);
-    page += "\n## To a residual of 1e-5\n\n\
-             Milliseconds for set-up and solve together, and iterations, on two threads; peers, in italics, have one. The quickest of a \
-             column is bold.\n";
+    let _ = write!(
+        page,
+        "\n## To a residual of 1e-5\n\n\
+         Milliseconds for set-up and solve together, and iterations, on {}; peers, in italics, have one. The quickest of a column is \
+         bold.\n",
+        threads_text(machine.threads.min(2)),
+    );
     for (system, about) in SYSTEMS {
         page += &table(report, system, about);
     }
@@ -91,7 +96,7 @@ fn table(report: &Report, system: &str, about: &str) -> String {
         if cells.iter().all(Option::is_none) {
             continue;
         }
-        let mark = if matches!(method.kind, Kind::Peer | Kind::DirectPeer) { "*" } else { "" };
+        let mark = if method.kind.is_peer() { "*" } else { "" };
         text += &format!("| {mark}{}, {}{mark} |", method.solver, method.preconditioner);
         for (case, row) in cases.iter().zip(cells) {
             let best = METHODS.iter().filter_map(|method| cell(case, method)).map(time).fold(f64::INFINITY, f64::min);
@@ -117,9 +122,10 @@ fn precision(report: &Report) -> String {
         report.rows.iter().filter(|row| row.ok && row.case == case && row.error.contains_key("energy")).collect();
     let Some(threads) = of_case.iter().map(|row| row.threads).max() else { return String::new() };
     let mut text = format!(
-        "\n## Precision: {case}\n\n{threads} threads; the error is that in the norm of the energy, against a solution to 1e-10. All \
+        "\n## Precision: {case}\n\nOn {}; the error is that in the norm of the energy, against a solution to 1e-10. All \
          other cases are in `solvers.json`.\n\n\
-         | method | tolerance | residual | error | iterations | set-up ms | solve ms |\n|---|---:|---:|---:|---:|---:|---:|\n"
+         | method | tolerance | residual | error | iterations | set-up ms | solve ms |\n|---|---:|---:|---:|---:|---:|---:|\n",
+        threads_text(threads)
     );
     for row in of_case.iter().filter(|row| row.threads == threads) {
         let stage = |name: &str| row.stages.get(name).map_or_else(String::new, |s| digits(1e3 * s));

@@ -1,6 +1,7 @@
 //! Thirty tetrahedra change: what the matrix and its frozen form take to follow, and what a thousand changes leave behind.
 
 use super::systems::{SIDE, assembled, jittered_cube, soft};
+use super::threads_text;
 use crate::random::SplitMix64;
 use crate::timing::{in_turns, median, ratio};
 use crate::{BenchOptions, Figure, Numbers, Report, Row};
@@ -122,7 +123,7 @@ fn cost(body: &mut Patched, patch: &[usize], team: &Team, turns: usize, report: 
             more: Numbers::from([("us", 1e6 * seconds), ("products", ratio(times, product))]),
             ..Row::default()
         });
-        let name = format!("{method}, in products on {} threads", team.size());
+        let name = format!("{method}, in products on {}", threads_text(team.size()));
         report.figures.push(Figure::at_most(name, ratio(times, product), 2.0));
     }
 }

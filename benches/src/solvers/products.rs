@@ -2,6 +2,7 @@
 
 use super::methods::settings;
 use super::systems::cube;
+use super::threads_text;
 use super::triad::Triad;
 use crate::timing::{in_turns, median, ratio};
 use crate::{BenchOptions, Figure, Numbers, Report, Row};
@@ -25,10 +26,10 @@ pub(super) fn run(options: &BenchOptions, say: &mut dyn FnMut(&str), report: &mu
             let turns = match (options.quick, cells) {
                 (true, _) => 9,
                 (false, 13) => 101,
-                (false, _) => 31,
+                (false, _) => 15,
             };
             let size = if cells == 13 { "13k" } else { "280k" };
-            say(&format!("{size}: products and iterations, {threads} threads"));
+            say(&format!("{size}: products and iterations, {}", threads_text(threads)));
             one(size, cells, threads, turns, report);
         }
     }

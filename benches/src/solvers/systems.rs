@@ -53,8 +53,11 @@ pub(super) struct Case {
     /// All moves.
     pub free: Subspace<3>,
     /// faer's matrix and its analysis, once asked for.
-    pub analysis: OnceLock<Result<(SparseColMat<usize, f64>, SymbolicLlt<usize>), String>>,
+    pub analysis: OnceLock<Analysis>,
 }
+
+/// A matrix of faer and its symbolic factor, or why there is none.
+type Analysis = Result<(SparseColMat<usize, f64>, SymbolicLlt<usize>), String>;
 
 /// `cells` a side, six tetrahedra each: 13 make the system "13k", 36 the system "280k".
 pub(super) fn cube(cells: usize, poisson: f64) -> System {

@@ -15,8 +15,8 @@ const SPEED_UPS: [(&str, f64); 4] = [
 pub(super) fn add(report: &mut Report) {
     let mut figures = Vec::new();
     for (case, least) in SPEED_UPS {
-        let ours = fastest(&report.rows, case, |kind| kind == Kind::Ours);
-        let peer = fastest(&report.rows, case, |kind| matches!(kind, Kind::Peer | Kind::DirectPeer));
+        let ours = fastest(&report.rows, case, Kind::is_ours);
+        let peer = fastest(&report.rows, case, Kind::is_peer);
         if let (Some((ours, ours_s)), Some((peer, peer_s))) = (ours, peer) {
             let name = format!("{case}, to 1e-5: times faster than the best peer ({}; {})", name(ours), name(peer));
             figures.push(Figure::at_least(name, peer_s / ours_s, least));
@@ -41,7 +41,7 @@ pub(super) fn add(report: &mut Report) {
     }
     let large = "280k, ν 0.34, static";
     let plain = row(&report.rows, large, "cg", "block-jacobi").and_then(|row| row.seconds);
-    if let (Some(plain), Some((best, seconds))) = (plain, fastest(&report.rows, large, |kind| kind == Kind::Ours)) {
+    if let (Some(plain), Some((best, seconds))) = (plain, fastest(&report.rows, large, Kind::is_ours)) {
         let name = format!("{large}, to 1e-5: set-up and solve over plain block-Jacobi PCG ({})", name(best));
         figures.push(Figure::at_most(name, seconds / plain, 0.35));
     }
