@@ -4,7 +4,6 @@
 //! cargo run --release -p stylet-solver --example direct_speed
 //! ```
 
-#[allow(dead_code)]
 #[path = "../tests/suite/common/elasticity.rs"]
 mod elasticity;
 

@@ -68,17 +68,20 @@ fn block_jacobi_takes_the_published_iterations() {
     }
 }
 
+/// A solve by a team, of the dynamic matrix or the frozen one.
+type Solve<'a> = dyn Fn(&Team, bool) -> (Vec<f64>, CgReport) + 'a;
+
 #[test]
 fn threads_and_layout_do_not_change_a_bit() {
     let s = cube(13, 0.45);
     let w = constrained(&s);
     let frozen = Frozen::<3>::new(&s.a);
     let teams: Vec<Team> = [1, 2, 3, 8].map(Team::new).into();
-    let check = |m: &dyn Fn(&Team, bool) -> (Vec<f64>, CgReport)| {
-        let (x, report) = m(&teams[0], false);
+    let check = |solve: &Solve| {
+        let (x, report) = solve(&teams[0], false);
         for team in &teams {
             for dynamic in [false, true] {
-                let (y, other) = m(team, dynamic);
+                let (y, other) = solve(team, dynamic);
                 assert_eq!(report, other);
                 assert!(x.iter().zip(&y).all(|(x, y)| x.to_bits() == y.to_bits()), "{team:?}");
             }

@@ -335,7 +335,7 @@ proptest! {
     fn steps_descend_within_the_subspace_and_the_domain(
         start in proptest::collection::vec(-0.2..0.2f64, 16),
         load in [-40.0..4.0f64, -5.0..5.0f64],
-        angle in 0.0..6.28f64, law in prop_oneof![Just(Law::Cosh), Just(Law::Barrier)],
+        angle in 0.0..std::f64::consts::TAU, law in prop_oneof![Just(Law::Cosh), Just(Law::Barrier)],
         node in 1usize..7,
     ) {
         let mut w = held(8);

@@ -1,4 +1,5 @@
 //! Linear elasticity of a cube, assembled from indices alone: the solver knows no mesh, and its tests need a real matrix.
+#![allow(dead_code)] // each program that shares this file uses its part
 
 use stylet_solver::Block;
 use stylet_solver::sparse::BlockCsr;
