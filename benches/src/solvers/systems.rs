@@ -63,7 +63,7 @@ type Analysis = Result<(SparseColMat<usize, f64>, SymbolicLlt<usize>), String>;
 pub(super) fn cube(cells: usize, poisson: f64) -> System {
     let mesh = jittered_cube(cells);
     let body = Body::new(&mesh, tissue(poisson, 1.0), 1.0).expect("cells with volume");
-    let size = if cells == 13 { "13k".to_owned() } else { format!("{}k", 6 * cells.pow(3) / 1000) };
+    let size = format!("{}k", (6 * cells.pow(3) + 500) / 1000);
     system(format!("{size}, ν {poisson}"), &mesh, body.stiffness())
 }
 
