@@ -78,6 +78,7 @@ pub mod ordering;
 pub mod partition;
 pub mod precondition;
 pub mod real;
+mod simd;
 pub mod sparse;
 pub mod stop;
 pub mod subspace;

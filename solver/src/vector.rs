@@ -38,7 +38,7 @@ macro_rules! with_simd {
                 $body
             }
         }
-        pulp::Arch::new().dispatch(Kernel::<$real $(, $size)?> { $($name,)* lifetime: std::marker::PhantomData })
+        $crate::simd::dispatch(Kernel::<$real $(, $size)?> { $($name,)* lifetime: std::marker::PhantomData })
     }};
 }
 

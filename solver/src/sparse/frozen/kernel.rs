@@ -6,12 +6,13 @@
 use super::{Frozen, NONE, Slice};
 use crate::LinearOperator;
 use crate::real::Real;
+use crate::simd;
 use crate::sparse::kernel::CROSSOVER;
 use crate::team::Team;
 use crate::vector::{self, CHUNK, Sums};
+use pulp::NullaryFnOnce;
 #[cfg(target_arch = "x86_64")]
-use pulp::x86::{V3, V4};
-use pulp::{Arch, NullaryFnOnce};
+use pulp::x86::V3;
 use std::ops::Range;
 
 impl<const B: usize, T: Real> LinearOperator<T> for Frozen<B, T> {
@@ -74,16 +75,12 @@ impl<const B: usize, T: Real> Frozen<B, T> {
     /// sums of `xᵀy` by group into `sums`.
     fn multiply(&self, first: usize, x: &[T], y: &mut [T], sums: Option<&mut [f64]>) {
         let windows = first / CHUNK..(first + y.len()).div_ceil(CHUNK);
-        // The same operations with twice the registers: the sums of a slice of 3x3 blocks do not fit into sixteen.
-        #[cfg(target_arch = "x86_64")]
-        if let Some(simd) = V4::try_new() {
-            return simd.vectorize(Product { ops: *simd, frozen: self, windows, first, x, y, sums });
-        }
         #[cfg(target_arch = "x86_64")]
         if let Some(ops) = V3::try_new() {
-            return ops.vectorize(Product { ops, frozen: self, windows, first, x, y, sums });
+            // For AVX-512 the same operations, with registers for all sums of a slice.
+            return simd::dispatch(Product { ops, frozen: self, windows, first, x, y, sums });
         }
-        Arch::new().dispatch(Product { ops: Portable, frozen: self, windows, first, x, y, sums });
+        simd::dispatch(Product { ops: Portable, frozen: self, windows, first, x, y, sums });
     }
 }
 
