@@ -74,6 +74,15 @@ impl<const B: usize> Projected<B> {
         })
     }
 
+    /// `v ← P_W v`: what rounding leaves of sums whose terms cancel.
+    pub fn project(&self, v: &mut [f64]) {
+        for (v, constraint) in v.as_chunks_mut::<B>().0.iter_mut().zip(&self.constraints) {
+            if *constraint != Constraint::Free {
+                *v = constraint.project(*v);
+            }
+        }
+    }
+
     /// `D⁺` of the present matrix, and its layout for products.
     pub fn complete(&mut self) -> Result<(), PreconditionerError> {
         let n = self.matrix.n_rows();

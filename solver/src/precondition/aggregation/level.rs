@@ -95,6 +95,7 @@ impl<const B: usize, const M: usize> Level<B, M> {
         team.axpy(1.0, &fine.d, x);
         self.polynomial.residual_after(a, team, fine);
         self.polynomial.smooth(a, team, Guess::Present, x, fine);
+        a.project(x);
     }
 
     /// `x ← D⁺ f + P e`, where `coarse` makes `e` of `Pᵀ f`.
@@ -105,6 +106,7 @@ impl<const B: usize, const M: usize> Level<B, M> {
         self.transfer.prolong(team, e, &mut fine.d);
         multiply(&self.problem.a.inverses, f, x);
         team.axpy(1.0, &fine.d, x);
+        self.problem.a.project(x);
     }
 
     pub fn dim(&self) -> usize {
