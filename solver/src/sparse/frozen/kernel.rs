@@ -43,6 +43,10 @@ impl<const B: usize, T: Real> LinearOperator<T> for Frozen<B, T> {
         });
     }
 
+    fn apply_many(&self, team: &Team, k: usize, x: &[T], y: &mut [T], _: &mut [T]) {
+        self.multiply_many(team, k, x, y);
+    }
+
     fn apply_dot_on(&self, team: &Team, x: &[T], y: &mut [T]) -> f64 {
         self.check_lengths(x, y);
         if !self.pays(team) {

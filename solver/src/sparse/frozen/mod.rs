@@ -2,6 +2,7 @@
 
 mod kernel;
 mod layout;
+mod many;
 
 use super::BlockCsr;
 use super::arena::{Arena, Slot};

@@ -1,5 +1,6 @@
 use super::*;
 use crate::sparse::SparseError;
+use crate::team::Team;
 use crate::{Block, LinearOperator};
 use proptest::prelude::*;
 
@@ -47,6 +48,19 @@ fn follow<const B: usize>(edits: &[(usize, usize, u64)]) -> Result<(), SparseErr
         assert_eq!(frozen.n_blocks(), matrix.n_blocks());
         let fresh = Frozen::<B>::new(&matrix);
         assert_eq!(fresh.streamed_blocks(), frozen.fresh.iter().map(|&n| n as usize).sum::<usize>());
+
+        for k in [1, 3, 8, 13] {
+            let many: Vec<f64> = (0..x.len() * k).map(|at| ((at / k) as f64 * 0.7 + (at % k) as f64).sin()).collect();
+            for threads in [1, 2] {
+                let mut products = vec![f64::NAN; many.len()];
+                frozen.apply_many(&Team::new(threads), k, &many, &mut products, &mut []);
+                for c in 0..k {
+                    let one: Vec<f64> = many.iter().skip(c).step_by(k).copied().collect();
+                    frozen.apply(&one, &mut z);
+                    assert!(products.iter().skip(c).step_by(k).eq(&z), "vector {c} of {k}");
+                }
+            }
+        }
 
         frozen32.refresh(&matrix);
         let x32: Vec<f32> = x.iter().map(|&v| v as f32).collect();
