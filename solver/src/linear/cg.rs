@@ -1,5 +1,6 @@
 //! Projected conjugate gradients.
 
+use super::krylov::{KrylovReport, KrylovSettings, UNDERFLOW, VERIFY_BELOW, not_positive};
 use super::passes::{self, Vectors};
 use crate::LinearOperator;
 use crate::precondition::Preconditioner;
@@ -8,34 +9,11 @@ use crate::subspace::Subspace;
 use crate::team::Team;
 use crate::vector::{self, dot, first_not_finite, norm2};
 
-/// Below this tolerance the residual of the recurrence is not taken at its word.
-const VERIFY_BELOW: f64 = 1e-6;
+/// [`KrylovSettings`] under the name of this method.
+pub type CgSettings = KrylovSettings;
 
-/// How far a solve goes.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CgSettings {
-    /// When the residual is small enough; the external forces are `b`.
-    pub stop: StopRule,
-    /// Budget of iterations, one product each; zero only evaluates the residual.
-    pub max_iterations: usize,
-}
-
-/// How a solve went.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CgReport {
-    /// Why it ended.
-    pub stop: Stop,
-    /// Iterations, each with one product `A p`.
-    pub iterations: usize,
-    /// All products, those that evaluate a residual included.
-    pub products: usize,
-    /// `‖P_W (b − A x)‖₂` of the iterate returned.
-    pub residual_norm: f64,
-    /// `‖(I − P_W)(b − A x)‖₂`: norm of the reaction forces.
-    pub reaction_norm: f64,
-    /// What the residual norm was last compared with.
-    pub threshold: f64,
-}
+/// [`KrylovReport`] under the name of this method.
+pub type CgReport = KrylovReport;
 
 /// Why a conjugate-gradient solve could not be carried out. `x` then holds the last iterate.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -284,6 +262,10 @@ impl<'a, const B: usize, A: LinearOperator + ?Sized, M: Preconditioner + ?Sized>
         let mut rz = self.precondition(ws, 0)?;
         let mut restart = true;
         for iteration in 1..=self.settings.max_iterations {
+            if rz < UNDERFLOW {
+                // The residual is so small that its square underflows: nothing is left to minimise.
+                return Ok(report(Stop::Stalled, iteration - 1, products, now));
+            }
             // Direction.
             if restart {
                 let CgWorkspace { r, p, z, .. } = &mut *ws;
@@ -294,10 +276,6 @@ impl<'a, const B: usize, A: LinearOperator + ?Sized, M: Preconditioner + ?Sized>
             products += 1;
             if !(curvature > 0.0 && curvature.is_finite()) {
                 finite(curvature, "A p", &ws.q, iteration)?;
-                if rz < f64::MIN_POSITIVE / f64::EPSILON {
-                    // The residual is so small that its square underflows: nothing is left to minimise.
-                    return Ok(report(Stop::Stalled, iteration, products, now));
-                }
                 return Err(CgError::NotPositiveDefinite { iteration, curvature });
             }
 
@@ -404,7 +382,7 @@ impl<'a, const B: usize, A: LinearOperator + ?Sized, M: Preconditioner + ?Sized>
             return Ok(());
         }
         finite(value, "M⁻¹ r", &ws.z, iteration)?;
-        if value < 0.0 || (value == 0.0 && dot(&ws.r, &ws.r) > f64::MIN_POSITIVE / f64::EPSILON) {
+        if not_positive(value, dot(&ws.r, &ws.r)) {
             return Err(CgError::PreconditionerNotPositive { iteration, value });
         }
         Ok(())

@@ -78,6 +78,9 @@ pub(super) fn finite(sum: f64, what: &'static str, v: &[f64], iteration: usize) 
     })
 }
 
+/// Below this tolerance the residual of a recurrence is not taken at its word.
+pub(super) const VERIFY_BELOW: f64 = 1e-6;
+
 /// Below this a square is not to be divided by: it has lost digits to underflow, and nothing is left to minimise.
 pub(super) const UNDERFLOW: f64 = f64::MIN_POSITIVE / f64::EPSILON;
 

@@ -1,15 +1,14 @@
 //! Conjugate gradients on several right sides that share their products.
 
-use super::krylov::{KrylovReport, KrylovSettings, UNDERFLOW, VectorError, check_length, finite, not_positive};
+use super::krylov::{
+    KrylovReport, KrylovSettings, UNDERFLOW, VERIFY_BELOW, VectorError, check_length, finite, not_positive,
+};
 use crate::LinearOperator;
 use crate::precondition::Preconditioner;
 use crate::stop::{Stop, StopRuleError};
 use crate::subspace::Subspace;
 use crate::team::Team;
 use crate::vector::{self, norm2};
-
-/// Below this tolerance the residual of the recurrence is not taken at its word.
-const VERIFY_BELOW: f64 = 1e-6;
 
 /// Why a solve could not be carried out. `x` then holds the last iterates.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
