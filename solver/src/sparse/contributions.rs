@@ -43,7 +43,7 @@ pub struct LazyReport {
 ///
 /// # Rounding
 ///
-/// A refreshed row is the sum over the elements around its node in ascending id, and so are the blocks of its column; when
+/// A block that was summed up afresh is the sum over the elements that share it in ascending id, and so is its mirror image; when
 /// all rows are refreshed the matrix is a fresh assembly bit for bit. A replacement takes the old contribution out of the
 /// sum and puts the new one in. An entry then differs from the fresh one by at most `(R + n) ε S`, to first order in ε =
 /// 2⁻⁵²: `R` is [`RefreshRule::max_replacements`], `n` the number of elements that share the entry, and `S` the largest sum of the
@@ -176,7 +176,8 @@ impl<const B: usize, const N: usize> ElementContributions<B, N> {
     }
 
     /// Removes elements, then inserts others, whose ids may be those removed. The pattern follows: blocks that no element
-    /// shares any more are dropped. Rows of the nodes of all these elements are refreshed, once each.
+    /// shares any more are dropped. Blocks between nodes of these elements are summed up afresh, once each; the others are as they
+    /// were. The report counts the rows of these nodes.
     ///
     /// # Errors
     /// [`ContributionError`]; the elements before the one named are removed or inserted, and the matrix is theirs.
@@ -205,10 +206,9 @@ impl<const B: usize, const N: usize> ElementContributions<B, N> {
                 elements += 1;
             }
         }
-        // The rows noted so far; writing their columns notes others.
         let rows_refreshed = self.changed.len();
         for at in 0..rows_refreshed {
-            self.refresh_row(matrix, self.changed[at] as usize)?;
+            self.refresh_among_changed(matrix, self.changed[at] as usize)?;
         }
         outcome.map(|()| LazyReport { elements, rows_refreshed })
     }
@@ -395,25 +395,44 @@ impl<const B: usize, const N: usize> ElementContributions<B, N> {
         Ok(())
     }
 
+    /// Writes the pattern of a row, and its blocks in the columns of changed rows. Other blocks are those of elements that are
+    /// what they were; left alone, they go on to have the history of their mirror images.
+    fn refresh_among_changed(&mut self, matrix: &mut BlockCsr<B>, row: usize) -> Result<(), ContributionError> {
+        self.row.find_columns(&self.nodes, around(&self.first, &self.next, &self.nodes, row as u32));
+        let Self { nodes, blocks, next, first, is_changed, row: Row { cols, blocks: sums, .. }, .. } = self;
+        sums.clear();
+        sums.resize(cols.len(), [[0.0; B]; B]);
+        let (old_cols, old) = matrix.row(row);
+        let mut at = 0;
+        for (col, sum) in cols.iter().zip(&mut *sums).filter(|(col, _)| !is_changed[**col as usize]) {
+            at += old_cols[at..].partition_point(|old| old < col);
+            if old_cols.get(at) != Some(col) {
+                return Err(SparseError::NotStored { row, col: *col as usize }.into());
+            }
+            *sum = old[at];
+        }
+        for element in around(first, next, nodes, row as u32) {
+            let a = corner_of(&nodes[element], row as u32);
+            for (b, col) in nodes[element].iter().enumerate() {
+                if is_changed[*col as usize]
+                    && let Ok(at) = cols.binary_search(col)
+                {
+                    add(&mut sums[at], &blocks[element][a][b]);
+                }
+            }
+        }
+        Ok(matrix.set_row(row, cols, sums)?)
+    }
+
     /// The sum over the elements around a node, ascending.
     fn sum_row(&mut self, node: u32) {
+        self.row.find_columns(&self.nodes, around(&self.first, &self.next, &self.nodes, node));
         let Self { nodes, blocks, next, first, row: Row { cols, blocks: row, column }, .. } = self;
-        let (nodes, next) = (&*nodes, &*next);
-        let around = || {
-            let used = |link: u32| (link != NONE).then_some(link as usize);
-            std::iter::successors(used(first[node as usize]), move |&element| {
-                used(next[element][corner_of(&nodes[element], node)])
-            })
-        };
-        cols.clear();
-        cols.extend(around().flat_map(|element| nodes[element]));
-        cols.sort_unstable();
-        cols.dedup();
         for sums in [&mut *row, &mut *column] {
             sums.clear();
             sums.resize(cols.len(), [[0.0; B]; B]);
         }
-        for element in around() {
+        for element in around(first, next, nodes, node) {
             let a = corner_of(&nodes[element], node);
             for (b, col) in nodes[element].iter().enumerate() {
                 let Ok(at) = cols.binary_search(col) else { continue };
@@ -422,6 +441,29 @@ impl<const B: usize, const N: usize> ElementContributions<B, N> {
             }
         }
     }
+}
+
+impl<const B: usize> Row<B> {
+    /// The nodes of some elements, ascending.
+    fn find_columns<const N: usize>(&mut self, nodes: &[[u32; N]], elements: impl Iterator<Item = usize>) {
+        self.cols.clear();
+        self.cols.extend(elements.flat_map(|element| nodes[element]));
+        self.cols.sort_unstable();
+        self.cols.dedup();
+    }
+}
+
+/// The elements around a node, ascending.
+fn around<const N: usize>(
+    first: &[u32],
+    next: &[[u32; N]],
+    nodes: &[[u32; N]],
+    node: u32,
+) -> impl Iterator<Item = usize> {
+    let used = |link: u32| (link != NONE).then_some(link as usize);
+    std::iter::successors(used(first[node as usize]), move |&element| {
+        used(next[element][corner_of(&nodes[element], node)])
+    })
 }
 
 /// Which corner of an element a node is; it is one of them.
