@@ -30,11 +30,13 @@ use stylet_solver::precondition::aggregation::{
 };
 use stylet_solver::precondition::multilevel::{BisectionHierarchy, Bpx, VCycle};
 use stylet_solver::precondition::{
-    BlockJacobi, Chebyshev, ChebyshevSettings, Identity, IncompleteCholesky, Jacobi, Preconditioner, Ssor, SsorSettings,
+    BlockJacobi, Chebyshev, ChebyshevSettings, Identity, IncompleteCholesky, Jacobi, Preconditioner, SinglePrecision,
+    Ssor, SsorSettings,
 };
 use stylet_solver::sparse::{BlockCsr, ElementBlocks, ElementContributions, RefreshRule};
 use stylet_solver::stop::{Criterion, Stop};
 use stylet_solver::subspace::{Constraint, Subspace};
+use stylet_solver::team::Team;
 
 thread_local!(static ALLOCATIONS: Cell<usize> = const { Cell::new(0) });
 
@@ -100,6 +102,10 @@ fn warm_preconditioners_allocate_nothing() {
     let mut chebyshev = Chebyshev::new(a, w, ChebyshevSettings::new(3)).unwrap();
     let mut two_level = TwoLevel::new(a, w, Modes::constants(n), Form::v_cycle(), None).unwrap();
     let mut smoothed = SmoothedAggregation::new(a, w, Modes::constants(n), settings).unwrap();
+    let single =
+        SmoothedAggregation::in_single_precision(&Team::serial(), a, w, Modes::constants(n), settings).unwrap();
+    let mut single = SinglePrecision::new(single);
+    single.apply(&vec![1.0; 2 * n], &mut vec![0.0; 2 * n]);
     assert!(smoothed.dims().count() > 2);
     let rebuild = || {
         ssor.rebuild(a, w, SsorSettings::default()).unwrap();
@@ -107,9 +113,10 @@ fn warm_preconditioners_allocate_nothing() {
         chebyshev.rebuild(a, w, ChebyshevSettings::new(3)).unwrap();
         two_level.rebuild(a, w).unwrap();
         smoothed.rebuild(a, w).unwrap();
+        single.inner_mut().rebuild(a, w).unwrap();
     };
     assert_eq!(allocations(rebuild).1, 0);
-    for m in [&ssor as &dyn Preconditioner, &ic, &chebyshev, &two_level, &smoothed] {
+    for m in [&ssor as &dyn Preconditioner, &ic, &chebyshev, &two_level, &smoothed, &single] {
         let (r, mut z) = (vec![1.0; 2 * n], vec![0.0; 2 * n]);
         assert_eq!(allocations(|| m.apply(&r, &mut z)).1, 0);
     }

@@ -1,9 +1,10 @@
 //! Chebyshev polynomials in `D⁺ A`: a preconditioner, and the smoother of the multilevel ones.
 
-use super::projected::Projected;
+use super::projected::ProjectedOperator;
 use super::scratch::Scratch;
 use super::spectrum::{Vectors, largest_eigenvalue};
 use super::{Preconditioner, PreconditionerError};
+use crate::real::Real;
 use crate::sparse::BlockCsr;
 use crate::subspace::Subspace;
 use crate::team::Team;
@@ -49,7 +50,7 @@ impl ChebyshevSettings {
 /// 188 (2003); recurrence: Saad, *Iterative Methods for Sparse Linear Systems*, 2nd ed. (2003), Algorithm 12.1.
 #[derive(Clone, Debug, Default)]
 pub struct Chebyshev<const B: usize> {
-    a: Projected<B>,
+    a: ProjectedOperator<B>,
     polynomial: Polynomial,
     scratch: Scratch<Vectors>,
 }
@@ -82,7 +83,7 @@ impl<const B: usize> Chebyshev<B> {
         settings: ChebyshevSettings,
     ) -> Result<(), PreconditionerError> {
         let settings = settings.validate()?;
-        self.a.rebuild(matrix, subspace)?;
+        self.a.rebuild(&Team::serial(), matrix, subspace)?;
         self.polynomial = Polynomial::new(&self.a, &Team::serial(), settings, self.scratch.get_mut())?;
         Ok(())
     }
@@ -129,11 +130,11 @@ pub(super) struct Polynomial {
 
 impl Polynomial {
     /// The polynomial for the spectrum of `a`; sizes `work`.
-    pub fn new<const B: usize>(
-        a: &Projected<B>,
+    pub fn new<const B: usize, T: Real>(
+        a: &ProjectedOperator<B, T>,
         team: &Team,
         settings: ChebyshevSettings,
-        work: &mut Vectors,
+        work: &mut Vectors<T>,
     ) -> Result<Self, PreconditionerError> {
         let largest =
             largest_eigenvalue(a, team, work).map_err(|curvature| PreconditionerError::Indefinite { curvature })?;
@@ -142,33 +143,38 @@ impl Polynomial {
     }
 
     /// `x ← x + q(D⁺ A) D⁺ r`, where `work.r` holds the residual `r` of `x` and is used up.
-    pub fn smooth<const B: usize>(
+    pub fn smooth<const B: usize, T: Real>(
         &self,
-        a: &Projected<B>,
+        a: &ProjectedOperator<B, T>,
         team: &Team,
         guess: Guess,
-        x: &mut [f64],
-        work: &mut Vectors,
+        x: &mut [T],
+        work: &mut Vectors<T>,
     ) {
         let (centre, half) = (0.5 * (self.upper + self.lower), 0.5 * (self.upper - self.lower));
         let sigma = centre / half;
         let mut rho = 1.0 / sigma;
         let Vectors { r, d, q, .. } = work;
         let first = Step { alpha: 1.0 / centre, beta: 0.0, stage: Stage::First(guess) };
-        first.run(team, &a.inverses, q, r, d, x);
+        first.run(team, &a.projected.inverses, q, r, d, x);
         for _ in 1..self.degree {
             a.apply_on(team, d, q);
             let next = 1.0 / (2.0 * sigma - rho);
             let step = Step { alpha: 2.0 * next / half, beta: next * rho, stage: Stage::Later };
-            step.run(team, &a.inverses, q, r, d, x);
+            step.run(team, &a.projected.inverses, q, r, d, x);
             rho = next;
         }
     }
 
     /// The residual after [`smooth`](Self::smooth), in `work.r`: one product.
-    pub fn residual_after<const B: usize>(&self, a: &Projected<B>, team: &Team, work: &mut Vectors) {
+    pub fn residual_after<const B: usize, T: Real>(
+        &self,
+        a: &ProjectedOperator<B, T>,
+        team: &Team,
+        work: &mut Vectors<T>,
+    ) {
         a.apply_on(team, &work.d, &mut work.q);
-        team.axpy(-1.0, &work.q, &mut work.r);
+        team.axpy(-T::ONE, &work.q, &mut work.r);
     }
 }
 
@@ -189,14 +195,14 @@ enum Stage {
 }
 
 impl Step {
-    fn run<const B: usize>(
+    fn run<const B: usize, T: Real>(
         self,
         team: &Team,
-        inverses: &[Block<B>],
-        q: &[f64],
-        r: &mut [f64],
-        d: &mut [f64],
-        x: &mut [f64],
+        inverses: &[Block<B, T>],
+        q: &[T],
+        r: &mut [T],
+        d: &mut [T],
+        x: &mut [T],
     ) {
         const { assert!(CHUNK.is_multiple_of(B), "nodes of a block size that does not divide a chunk") };
         let n = x.len();
@@ -208,11 +214,12 @@ impl Step {
         });
     }
 
-    fn pass<const B: usize>(self, inverses: &[Block<B>], q: &[f64], r: &mut [f64], d: &mut [f64], x: &mut [f64]) {
+    fn pass<const B: usize, T: Real>(self, inverses: &[Block<B, T>], q: &[T], r: &mut [T], d: &mut [T], x: &mut [T]) {
         let q = q.as_chunks::<B>().0.iter();
         let (r, d) = (r.as_chunks_mut::<B>().0.iter_mut(), d.as_chunks_mut::<B>().0.iter_mut());
         let nodes = inverses.iter().zip(q).zip(r).zip(d).zip(x.as_chunks_mut::<B>().0);
-        let Self { alpha, beta, stage } = self;
+        let Self { stage, .. } = self;
+        let (alpha, beta) = (T::from_f64(self.alpha), T::from_f64(self.beta));
         Arch::new().dispatch(
             #[inline(always)]
             || match stage {
@@ -226,7 +233,7 @@ impl Step {
                 }
                 Stage::Later => {
                     for ((((inverse, q), r), d), x) in nodes {
-                        (0..B).for_each(|i| r[i] -= q[i]);
+                        (0..B).for_each(|i| r[i] = r[i] - q[i]);
                         for i in 0..B {
                             d[i] = beta * d[i] + alpha * row_times(&inverse[i], r);
                             x[i] += d[i];
@@ -239,7 +246,7 @@ impl Step {
 }
 
 #[inline(always)]
-fn row_times<const B: usize>(row: &[f64; B], r: &[f64; B]) -> f64 {
+fn row_times<const B: usize, T: Real>(row: &[T; B], r: &[T; B]) -> T {
     (1..B).fold(row[0] * r[0], |sum, j| sum + row[j] * r[j])
 }
 

@@ -3,9 +3,10 @@
 use super::projected::Projected;
 use super::restricted::{product, restricted_inverse};
 use super::{Preconditioner, PreconditionerError};
-use crate::sparse::BlockCsr;
+use crate::Block;
+use crate::sparse::{BlockCsr, Rows};
 use crate::subspace::Subspace;
-use crate::{Block, LinearOperator};
+use crate::team::Team;
 use pulp::Arch;
 
 /// The first shift that is tried when the factorisation breaks down, relative to the diagonal blocks.
@@ -54,10 +55,10 @@ impl<const B: usize> IncompleteCholesky<B> {
     /// # Errors
     /// As [`new`](Self::new); the preconditioner is then of no use until a rebuild succeeds.
     pub fn rebuild(&mut self, matrix: &BlockCsr<B>, subspace: &Subspace<B>) -> Result<(), PreconditionerError> {
-        self.a.rebuild(matrix, subspace)?;
-        self.set_pattern();
+        self.a.rebuild(&Team::serial(), matrix, subspace)?;
+        self.set_pattern(matrix);
         self.shift = 0.0;
-        while let Err((row, pivot)) = self.factor() {
+        while let Err((row, pivot)) = self.factor(matrix) {
             let shift = self.shift;
             self.shift = if shift == 0.0 { FIRST_SHIFT } else { SHIFT_GROWTH * shift };
             if self.shift > LAST_SHIFT {
@@ -73,13 +74,13 @@ impl<const B: usize> IncompleteCholesky<B> {
         self.shift
     }
 
-    fn set_pattern(&mut self) {
-        let n = self.a.matrix.n_rows();
+    fn set_pattern(&mut self, matrix: &BlockCsr<B>) {
+        let n = matrix.n_rows();
         self.starts.clear();
         self.starts.push(0);
         self.cols.clear();
         for i in 0..n {
-            self.cols.extend(self.a.matrix.row(i).0.iter().take_while(|j| (**j as usize) < i));
+            self.cols.extend(matrix.row(i).0.iter().take_while(|j| (**j as usize) < i));
             self.starts.push(self.cols.len());
         }
         self.g.resize(self.cols.len(), [[0.0; B]; B]);
@@ -87,13 +88,14 @@ impl<const B: usize> IncompleteCholesky<B> {
     }
 
     /// One attempt; `Err` holds the row and the pivot that ended it.
-    fn factor(&mut self) -> Result<(), (usize, f64)> {
+    fn factor(&mut self, matrix: &BlockCsr<B>) -> Result<(), (usize, f64)> {
         let Self { a, starts, cols, g, inverses, row, shift } = self;
-        for i in 0..a.matrix.n_rows() {
+        let rows = a.rows(matrix);
+        for i in 0..rows.n_rows() {
             let own = starts[i]..starts[i + 1];
             let lower = &cols[own.clone()];
             row.clear();
-            row.extend_from_slice(&a.matrix.row(i).1[..lower.len()]);
+            row.extend_from_slice(&rows.row(i).1[..lower.len()]);
             // (G D)_ij = A_ij − Σ_k (G D)_ik G_jkᵀ
             for (at, &j) in lower.iter().enumerate() {
                 let range = starts[j as usize]..starts[j as usize + 1];
@@ -103,7 +105,7 @@ impl<const B: usize> IncompleteCholesky<B> {
                 });
             }
             // D_i = (1 + s) A_ii − Σ_j (G D)_ij G_ijᵀ
-            let mut pivot = a.matrix.diagonal(i).map(|row| row.map(|v| (1.0 + *shift) * v));
+            let mut pivot = rows.diagonal(i).map(|row| row.map(|v| (1.0 + *shift) * v));
             for ((&j, gd), g) in lower.iter().zip(&*row).zip(&mut g[own]) {
                 *g = product(gd, &inverses[j as usize]);
                 subtract_product_transposed(gd, g, &mut pivot);

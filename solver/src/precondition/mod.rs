@@ -26,6 +26,7 @@ pub mod multilevel;
 mod projected;
 mod restricted;
 mod scratch;
+mod single_precision;
 mod spectrum;
 mod ssor;
 #[cfg(feature = "direct")]
@@ -35,6 +36,7 @@ pub use block_jacobi::BlockJacobi;
 pub use chebyshev::{Chebyshev, ChebyshevSettings};
 pub use incomplete_cholesky::IncompleteCholesky;
 pub use jacobi::Jacobi;
+pub use single_precision::SinglePrecision;
 pub use ssor::{Ssor, SsorSettings};
 #[cfg(feature = "direct")]
 pub use stale::StaleFactor;

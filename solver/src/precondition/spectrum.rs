@@ -1,8 +1,9 @@
 //! The largest eigenvalue of `D⁺ A` on `W`.
 
 use super::block_jacobi::multiply;
-use super::projected::Projected;
+use super::projected::ProjectedOperator;
 use crate::LinearOperator;
+use crate::real::Real;
 use crate::team::Team;
 
 /// Steps of the recurrence. Its largest Ritz value is then within a few per cent for elasticity and for Laplacians.
@@ -10,21 +11,21 @@ const STEPS: usize = 12;
 
 /// Working vectors of the length of the matrix.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Vectors {
+pub(super) struct Vectors<T = f64> {
     /// A residual.
-    pub r: Vec<f64>,
+    pub r: Vec<T>,
     /// A step.
-    pub d: Vec<f64>,
+    pub d: Vec<T>,
     /// A product.
-    pub q: Vec<f64>,
+    pub q: Vec<T>,
     /// A preconditioned residual, or a correction.
-    pub z: Vec<f64>,
+    pub z: Vec<T>,
 }
 
-impl Vectors {
+impl<T: Real> Vectors<T> {
     pub fn resize(&mut self, n: usize) {
         for v in [&mut self.r, &mut self.d, &mut self.q, &mut self.z] {
-            v.resize(n, 0.0);
+            v.resize(n, T::ZERO);
         }
     }
 }
@@ -34,26 +35,26 @@ impl Vectors {
 /// alone. `Err` holds a negative curvature: the matrix is then not positive semidefinite. 0 if `W` holds nothing but 0.
 ///
 /// Source: Golub & Van Loan, *Matrix Computations*, 4th ed. (2013), sections 10.3 and 11.3.
-pub(super) fn largest_eigenvalue<const B: usize>(
-    a: &Projected<B>,
+pub(super) fn largest_eigenvalue<const B: usize, T: Real>(
+    a: &ProjectedOperator<B, T>,
     team: &Team,
-    work: &mut Vectors,
+    work: &mut Vectors<T>,
 ) -> Result<f64, f64> {
     work.resize(a.dim());
     let Vectors { r, d: p, q, z } = work;
     start(a, r);
     let mut tridiagonal = Tridiagonal::default();
-    multiply(&a.inverses, r, z);
+    multiply(&a.projected.inverses, r, z);
     let mut rz = team.dot(r, z);
     let first = rz;
     p.copy_from_slice(z);
     let (mut alpha_before, mut beta) = (1.0, 0.0);
     for _ in 0..STEPS {
-        if rz <= f64::EPSILON * first {
+        if rz <= T::EPSILON.to_f64() * first {
             break; // the Krylov space is exhausted: the Ritz values are eigenvalues
         }
         let curvature = a.apply_dot_on(team, p, q);
-        if curvature < -1e-12 * rz {
+        if curvature < -4096.0 * T::EPSILON.to_f64() * rz {
             return Err(curvature);
         }
         if curvature <= 0.0 {
@@ -61,18 +62,18 @@ pub(super) fn largest_eigenvalue<const B: usize>(
         }
         let alpha = rz / curvature;
         tridiagonal.push(1.0 / alpha + beta / alpha_before, f64::sqrt(beta) / alpha_before);
-        team.axpy(-alpha, q, r);
-        multiply(&a.inverses, r, z);
+        team.axpy(T::from_f64(-alpha), q, r);
+        multiply(&a.projected.inverses, r, z);
         let next = team.dot(r, z);
         beta = next / rz;
-        team.xpby(z, beta, p);
+        team.xpby(z, T::from_f64(beta), p);
         (rz, alpha_before) = (next, alpha);
     }
     Ok(tridiagonal.largest_eigenvalue())
 }
 
 /// Numbers in (-1, 1) that look random (SplitMix64), projected.
-fn start<const B: usize>(a: &Projected<B>, r: &mut [f64]) {
+fn start<const B: usize, T: Real>(a: &ProjectedOperator<B, T>, r: &mut [T]) {
     let mut state = 0u64;
     let mut next = || {
         state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
@@ -80,11 +81,13 @@ fn start<const B: usize>(a: &Projected<B>, r: &mut [f64]) {
         z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
         ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
     };
-    for ((r, block), constraint) in r.as_chunks_mut::<B>().0.iter_mut().zip(&a.inverses).zip(&a.constraints) {
+    for ((r, block), constraint) in
+        r.as_chunks_mut::<B>().0.iter_mut().zip(&a.projected.inverses).zip(&a.projected.constraints)
+    {
         // The residual of a smooth right side: large where the diagonal is, or soft nodes would hide behind stiff ones.
-        let scale = block.iter().enumerate().map(|(k, row)| row[k]).sum::<f64>();
+        let scale = block.iter().enumerate().map(|(k, row)| row[k].to_f64()).sum::<f64>();
         let scale = if scale > 0.0 { scale.sqrt().recip() } else { 0.0 };
-        *r = constraint.project(std::array::from_fn(|_| scale * next()));
+        *r = constraint.project(std::array::from_fn(|_| scale * next())).map(T::from_f64);
     }
 }
 
@@ -145,8 +148,8 @@ mod tests {
                 let blocks: Vec<_> = cols.iter().map(|&j| if j as usize == i { [[2.0]] } else { [[-1.0]] }).collect();
                 a.set_row(i, &cols, &blocks).unwrap();
             }
-            let mut projected = Projected::default();
-            projected.rebuild(&a, &Subspace::new(n)).unwrap();
+            let mut projected = ProjectedOperator::<1>::default();
+            projected.rebuild(&Team::serial(), &a, &Subspace::new(n)).unwrap();
             let exact = 1.0 + (std::f64::consts::PI / (n as f64 + 1.0)).cos();
             let estimate = largest_eigenvalue(&projected, &Team::serial(), &mut Vectors::default()).unwrap();
             assert!(estimate <= exact * (1.0 + 1e-12) && estimate >= 0.95 * exact, "{n}: {estimate} {exact}");

@@ -9,10 +9,10 @@
 use super::projected::Projected;
 use super::scratch::Scratch;
 use super::{Preconditioner, PreconditionerError};
-use crate::sparse::BlockCsr;
+use crate::Block;
+use crate::sparse::{BlockCsr, Rows};
 use crate::subspace::Subspace;
 use crate::team::Team;
-use crate::{Block, LinearOperator};
 use pulp::Arch;
 use std::ops::Range;
 
@@ -102,31 +102,31 @@ impl<const B: usize> Ssor<B> {
         if !(1..=SsorSettings::MAX_DOMAINS).contains(&domains) {
             return Err(PreconditionerError::Parameter { name: "domains", value: domains as f64 });
         }
-        self.a.rebuild(matrix, subspace)?;
+        self.a.rebuild(&Team::serial(), matrix, subspace)?;
         self.omega = omega;
         self.shared.get_mut().resize(self.a.dim(), 0.0);
         self.divide(domains);
-        self.colour();
-        self.order();
+        self.colour(matrix);
+        self.order(matrix);
         Ok(())
     }
 
     /// Cuts the rows.
     fn divide(&mut self, wanted: usize) {
-        let n = self.a.matrix.n_rows();
+        let n = self.a.constraints.len();
         let count = wanted.min(n / MIN_ROWS).max(1);
         self.domains.clear();
         self.domains.extend((0..count).map(|d| n * d / count..n * (d + 1) / count));
     }
 
     /// Gives each domain the first colour that no domain before it which it is coupled with has.
-    fn colour(&mut self) {
+    fn colour(&mut self, matrix: &BlockCsr<B>) {
         self.colours.clear();
         self.n_colours = 0;
         for (d, rows) in self.domains.iter().enumerate() {
             let mut taken = [false; SsorSettings::MAX_DOMAINS];
             for i in rows.clone() {
-                for &j in self.a.matrix.row(i).0 {
+                for &j in matrix.row(i).0 {
                     // The mirror block may not be stored: both directions count.
                     let e = domain_of(&self.domains, j as usize);
                     if e < d {
@@ -135,7 +135,7 @@ impl<const B: usize> Ssor<B> {
                 }
             }
             for (e, &colour) in self.colours.iter().enumerate() {
-                let reaches = |i: usize| self.a.matrix.row(i).0.iter().any(|&j| rows.contains(&(j as usize)));
+                let reaches = |i: usize| matrix.row(i).0.iter().any(|&j| rows.contains(&(j as usize)));
                 taken[colour] |= !taken[colour] && self.domains[e].clone().any(reaches);
             }
             let colour = taken.iter().position(|t| !t).unwrap_or(0); // there are no more domains than colours
@@ -145,13 +145,14 @@ impl<const B: usize> Ssor<B> {
     }
 
     /// Sorts the blocks of every row into those before and after it in the sweep.
-    fn order(&mut self) {
+    fn order(&mut self, matrix: &BlockCsr<B>) {
         let Self { a, domains, colours, before, after, .. } = self;
+        let matrix = a.rows(matrix);
         before.clear();
         after.clear();
         for (d, rows) in domains.iter().enumerate() {
             for i in rows.clone() {
-                let (cols, blocks) = a.matrix.row(i);
+                let (cols, blocks) = matrix.row(i);
                 for own in [false, true] {
                     if own {
                         before.inside.push(before.cols.len());

@@ -1,7 +1,10 @@
 //! Storage and editing of the matrix; products are in [`kernel`](super::kernel).
 
+mod parts;
+
 use super::arena::{Arena, Slot};
 use crate::Block;
+pub(crate) use parts::RowsMut;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Slot sizes are multiples of this.
@@ -207,20 +210,25 @@ impl<const B: usize> BlockCsr<B> {
             let (cols, blocks) = (cols.len(), blocks.len());
             return Err(SparseError::Shape { row, cols, blocks });
         }
-        if let Some(position) = cols.windows(2).position(|w| w[0] >= w[1]) {
-            let position = position + 1;
-            return Err(SparseError::NotAscending { row, position });
-        }
-        if let Some(&col) = cols.last()
-            && col as usize >= n_rows
-        {
-            let col = col as usize;
-            return Err(SparseError::ColumnOutOfRange { row, col, n_rows });
-        }
+        self.check_columns(row, cols)?;
         let finite = |block: &Block<B>| block.as_flattened().iter().all(|v| v.is_finite());
         match blocks.iter().position(|block| !finite(block)) {
             Some(at) => Err(SparseError::NotFinite { row, col: cols[at] as usize }),
             None => Ok(()),
+        }
+    }
+
+    fn check_columns(&self, row: usize, cols: &[u32]) -> Result<(), SparseError> {
+        let n_rows = self.n_rows();
+        if let Some(position) = cols.windows(2).position(|w| w[0] >= w[1]) {
+            let position = position + 1;
+            return Err(SparseError::NotAscending { row, position });
+        }
+        match cols.last() {
+            Some(&col) if col as usize >= n_rows => {
+                Err(SparseError::ColumnOutOfRange { row, col: col as usize, n_rows })
+            }
+            _ => Ok(()),
         }
     }
 

@@ -11,10 +11,13 @@ mod contributions;
 mod convert;
 mod frozen;
 mod kernel;
+mod rows;
 mod scalar_csr;
 mod views;
 
+pub(crate) use block_csr::RowsMut;
 pub use block_csr::{BlockCsr, SparseError};
 pub use contributions::{ContributionError, ElementBlocks, ElementContributions, LazyReport, RefreshRule};
 pub use frozen::Frozen;
+pub(crate) use rows::Rows;
 pub use scalar_csr::{Asymmetry, ConversionError, ScalarCsr};

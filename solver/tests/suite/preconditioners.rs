@@ -12,7 +12,7 @@ use stylet_solver::precondition::aggregation::{
 };
 use stylet_solver::precondition::{
     BlockJacobi, Chebyshev, ChebyshevSettings, Identity, IncompleteCholesky, Jacobi, Preconditioner,
-    PreconditionerError, Ssor, SsorSettings,
+    PreconditionerError, SinglePrecision, Ssor, SsorSettings,
 };
 use stylet_solver::sparse::BlockCsr;
 use stylet_solver::stop::{Criterion, Stop};
@@ -198,6 +198,52 @@ fn any_number_of_threads_gives_the_same_bits() {
     for threads in [1, 2, 8] {
         let shared = SmoothedAggregation::new_on(&Team::new(threads), &s.a, &w, modes.clone(), sa).unwrap();
         assert!(apply(&serial, &r) == apply(&shared, &r), "set-up by {threads} threads");
+    }
+}
+
+/// Cycles in f32 differ from those in f64 by rounding alone, take as many iterations, and know no number of threads either.
+#[test]
+fn cycles_in_single_precision_do_the_same() {
+    let s = cube(9, 0.34);
+    let w = constrained(&s, &[3, 3, 3, 0, 3, 1, 3, 3, 2, 3, 3]);
+    let modes = || Modes::<3, 6>::rigid(&s.coordinates).unwrap();
+    let sa = SmoothedAggregationSettings { max_coarse_dim: 30, ..Default::default() };
+    let (one, two) = (Team::serial(), Team::new(2));
+    let single = |team: &Team| {
+        let smoothed = SmoothedAggregation::in_single_precision(team, &s.a, &w, modes(), sa).unwrap();
+        let v = TwoLevel::in_single_precision(team, &s.a, &w, modes(), Form::v_cycle(), Some(9)).unwrap();
+        let additive = TwoLevel::in_single_precision(team, &s.a, &w, modes(), Form::Additive, Some(9)).unwrap();
+        (SinglePrecision::new(smoothed), SinglePrecision::new(v), SinglePrecision::new(additive))
+    };
+    let double = (
+        SmoothedAggregation::new(&s.a, &w, modes(), sa).unwrap(),
+        TwoLevel::new(&s.a, &w, modes(), Form::v_cycle(), Some(9)).unwrap(),
+        TwoLevel::new(&s.a, &w, modes(), Form::Additive, Some(9)).unwrap(),
+    );
+    let (serial, mut shared) = (single(&one), single(&two));
+    shared.0.inner_mut().rebuild_on(&two, &s.a, &w).unwrap();
+    let mut r = s.load.clone();
+    w.project(&mut r);
+    let pairs: [(&dyn Preconditioner, &dyn Preconditioner, &dyn Preconditioner); 3] =
+        [(&serial.0, &shared.0, &double.0), (&serial.1, &shared.1, &double.1), (&serial.2, &shared.2, &double.2)];
+    for (k, (serial, shared, double)) in pairs.into_iter().enumerate() {
+        let (z, exact) = (apply(serial, &r), apply(double, &r));
+        assert!(distance(&z, &exact) <= 1e-4, "{k}: {:e}", distance(&z, &exact));
+        for threads in [1, 2, 8] {
+            let mut z_shared = vec![f64::NAN; r.len()];
+            shared.apply_on(&Team::new(threads), &r, &mut z_shared);
+            assert!(z == z_shared, "{k}: {threads} threads");
+        }
+        let solve = |m: &dyn Preconditioner| {
+            let settings = CgSettings { stop: rule(1e-10, Criterion::External), max_iterations: 200 };
+            let mut x = vec![0.0; r.len()];
+            let report = projected_cg(&s.a, m, &w, &r, &mut x, &settings, &mut CgWorkspace::new()).unwrap();
+            assert_eq!(report.stop, Stop::Converged);
+            (report.iterations, x)
+        };
+        let ((in_single, x), (in_double, y)) = (solve(serial), solve(double));
+        assert!(in_single <= in_double + 1, "{k}: {in_single} and {in_double} iterations");
+        assert!(distance(&x, &y) <= 1e-7, "{k}: {:e}", distance(&x, &y));
     }
 }
 

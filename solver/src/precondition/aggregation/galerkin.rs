@@ -6,215 +6,283 @@
 
 use super::transfer::{Transfer, add_product, add_transposed};
 use crate::Block;
-use crate::sparse::BlockCsr;
+use crate::precondition::projected::ProjectedRows;
+use crate::real::Real;
+use crate::simd;
+use crate::sparse::{BlockCsr, Rows, RowsMut};
 use crate::team::Team;
-use pulp::Arch;
-use std::ops::Range;
 
 const ABSENT: u32 = u32::MAX;
 
-/// Upper triangle of the coarse matrix, diagonal included, and working memory.
+/// Patterns, and working memory.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Galerkin<const B: usize, const M: usize> {
-    starts: Vec<usize>,
-    cols: Vec<u32>,
-    vals: Vec<Block<M>>,
+    /// That of the upper triangle of the coarse matrix.
+    upper: Pattern,
+    /// The pattern of `A P`.
+    product: Pattern,
     /// One for each member of a team.
     workers: Vec<Worker<B, M>>,
-    /// Next free place in each row of the lower triangle.
-    next: Vec<u32>,
+}
+
+/// Columns of rows, ascending.
+#[derive(Clone, Debug, Default)]
+struct Pattern {
+    starts: Vec<usize>,
+    cols: Vec<u32>,
+}
+
+impl Pattern {
+    #[inline(always)]
+    fn row(&self, row: usize) -> &[u32] {
+        &self.cols[self.starts[row]..self.starts[row + 1]]
+    }
+
+    /// `n` rows; `append(row, met, cols)` appends the columns of a row, ascending. `met` has a place for each of `n_cols`
+    /// columns, which no row finds holding its own number.
+    fn make(
+        &mut self,
+        team: &Team,
+        (n, n_cols): (usize, usize),
+        append: impl Fn(usize, &mut [u32], &mut Vec<u32>) + Sync,
+    ) {
+        let mut parts: [Self; Team::MAX_MEMBERS] = std::array::from_fn(|_| Self::default());
+        team.each(&mut parts[..team.size()], |member, part| {
+            let mut met = vec![ABSENT; n_cols];
+            for row in n * member / team.size()..n * (member + 1) / team.size() {
+                append(row, &mut met, &mut part.cols);
+                part.starts.push(part.cols.len());
+            }
+        });
+        self.starts.clear();
+        self.cols.clear();
+        self.starts.push(0);
+        for part in &parts {
+            let before = self.cols.len();
+            self.starts.extend(part.starts.iter().map(|end| before + end));
+            self.cols.extend_from_slice(&part.cols);
+        }
+    }
+
+    /// That of `A P`.
+    fn of_product<const B: usize, const M: usize, T: Real>(
+        &mut self,
+        team: &Team,
+        a: ProjectedRows<B>,
+        p: &Transfer<B, M, T>,
+    ) {
+        self.make(team, (p.n_fine(), p.n_coarse()), |i, met, cols| {
+            let start = cols.len();
+            for &j in a.row(i).0 {
+                add_new(i, p.row(j as usize).0, met, cols);
+            }
+            cols[start..].sort_unstable();
+        });
+    }
+}
+
+/// Appends those columns that row `row` has not met.
+#[inline(always)]
+fn add_new(row: usize, candidates: &[u32], met: &mut [u32], cols: &mut Vec<u32>) {
+    for &l in candidates {
+        if met[l as usize] != row as u32 {
+            met[l as usize] = row as u32;
+            cols.push(l);
+        }
+    }
 }
 
 impl<const B: usize, const M: usize> Galerkin<B, M> {
     /// Finds the pattern, and gives it to `coarse`.
-    pub fn set_pattern(&mut self, a: &BlockCsr<B>, p: &Transfer<B, M>, coarse: &mut BlockCsr<M>) {
+    pub fn set_pattern<T: Real>(
+        &mut self,
+        team: &Team,
+        a: ProjectedRows<B>,
+        p: &Transfer<B, M, T>,
+        coarse: &mut BlockCsr<M>,
+    ) {
         let n = p.n_coarse();
-        self.workers.clear();
-        let mut met_by = vec![ABSENT; n];
-        self.cols.clear();
-        self.starts.clear();
-        self.starts.push(0);
-        let mut lower: Vec<u32> = vec![0; n];
-        for k in 0..n {
-            let start = self.cols.len();
+        self.product.of_product(team, a, p);
+        let Self { upper, product, .. } = self;
+        upper.make(team, (n, n), |k, met, cols| {
+            let start = cols.len();
             for i in p.column(k) {
-                for &j in a.row(i).0 {
-                    for &l in p.row(j as usize).0 {
-                        if l as usize >= k && met_by[l as usize] != k as u32 {
-                            met_by[l as usize] = k as u32;
-                            self.cols.push(l);
-                        }
-                    }
-                }
+                let row = product.row(i);
+                add_new(k, &row[row.partition_point(|&l| (l as usize) < k)..], met, cols);
             }
-            if self.cols.len() == start {
-                self.cols.push(k as u32); // a coarse node that nothing reaches keeps a diagonal
+            if cols.len() == start {
+                cols.push(k as u32); // a coarse node that nothing reaches keeps a diagonal
             }
-            self.cols[start..].sort_unstable();
-            self.cols[start + 1..].iter().for_each(|&l| lower[l as usize] += 1);
-            self.starts.push(self.cols.len());
-        }
-        self.vals.clear();
-        self.vals.resize(self.cols.len(), [[0.0; M]; M]);
-        self.next = lower;
-        self.set_rows(coarse);
-    }
-
-    /// Writes the whole rows of the coarse pattern, with zeros.
-    fn set_rows(&mut self, coarse: &mut BlockCsr<M>) {
-        let n = self.starts.len() - 1;
-        *coarse = BlockCsr::new(n);
-        let mut starts = vec![0; n + 1];
-        for k in 0..n {
-            starts[k + 1] = starts[k] + self.next[k] as usize + self.starts[k + 1] - self.starts[k];
-        }
-        let mut cols = vec![0; starts[n]];
-        let mut next = starts.clone();
-        for k in 0..n {
-            for &l in &self.cols[self.starts[k]..self.starts[k + 1]] {
-                if l as usize != k {
-                    cols[next[l as usize]] = k as u32;
-                    next[l as usize] += 1;
-                }
-            }
-            // Those before `k` have all been written: the rest of the row is its upper part.
-            cols[next[k]..starts[k + 1]].copy_from_slice(&self.cols[self.starts[k]..self.starts[k + 1]]);
-        }
-        let longest = starts.windows(2).map(|w| w[1] - w[0]).max().unwrap_or(0);
-        let zeros = vec![[[0.0; M]; M]; longest];
-        for k in 0..n {
-            let row = &cols[starts[k]..starts[k + 1]];
-            coarse.set_row(k, row, &zeros[..row.len()]).expect("ascending columns, and finite blocks");
-        }
+            cols[start..].sort_unstable();
+        });
+        *coarse = symmetric(upper);
     }
 
     /// Redoes the numbers of `coarse`, whose pattern is that of the last [`set_pattern`](Self::set_pattern). Each member of the
     /// team takes some coarse rows; every number is summed over the fine rows in their order, whoever does it.
-    pub fn set_numbers(&mut self, team: &Team, a: &BlockCsr<B>, p: &Transfer<B, M>, coarse: &mut BlockCsr<M>) {
-        self.vals.fill([[0.0; M]; M]);
-        let Self { starts, cols, vals, workers, .. } = self;
-        let size = team.size();
-        if workers.len() < size {
-            workers.resize_with(size, Worker::default);
-        }
-        let (mut workers, mut rest) = (workers.iter_mut(), &mut vals[..]);
-        let (n, total) = (starts.len() - 1, cols.len());
-        let bound = |member: usize| starts.partition_point(|s| *s < total * member / size).min(n);
-        let mut parts: [Option<Part<B, M>>; Team::MAX_MEMBERS] = std::array::from_fn(|member| {
-            let rows = if member < size { bound(member)..bound(member + 1) } else { return None };
-            let (vals, after) = std::mem::take(&mut rest).split_at_mut(starts[rows.end] - starts[rows.start]);
-            rest = after;
-            let worker = workers.next()?;
-            worker.place.resize(n, ABSENT);
-            Some(Part { rows, starts, cols, vals, worker })
-        });
-        team.each(&mut parts[..size], |_, part| {
-            if let Some(part) = part {
-                part.run(a, p);
+    pub fn set_numbers<T: Real>(
+        &mut self,
+        team: &Team,
+        a: ProjectedRows<B>,
+        p: &Transfer<B, M, T>,
+        coarse: &mut BlockCsr<M>,
+    ) {
+        let Self { upper, workers, product } = self;
+        let (n, size) = (p.n_coarse(), team.size());
+        workers.resize_with(workers.len().max(size), Worker::default);
+        let total = upper.cols.len();
+        let bound = |member: usize| upper.starts.partition_point(|s| *s < total * member.min(size) / size).min(n);
+        let bounds: [usize; Team::MAX_MEMBERS] = std::array::from_fn(bound);
+        let parts = coarse.parts(bounds, n).expect("rows as from_pattern laid them out");
+        let mut workers = workers.iter_mut();
+        let mut parts = parts.map(|rows| (rows, workers.next()));
+        let product = &*product;
+        team.each(&mut parts[..size], |_, (rows, worker)| {
+            if let Some(worker) = worker {
+                worker.place.resize(n, 0);
+                Part { rows, product, worker }.run(a, p);
             }
         });
-        self.write(coarse);
-    }
-
-    /// Copies the upper triangle to its places and, transposed, to the lower ones.
-    fn write(&mut self, coarse: &mut BlockCsr<M>) {
-        self.next.fill(0);
-        for k in 0..self.next.len() {
-            let upper = self.starts[k]..self.starts[k + 1];
-            let (cols, row) = coarse.row_mut(k);
-            let lower = cols.len() - upper.len();
-            row[lower..].copy_from_slice(&self.vals[upper.clone()]);
-            let diagonal = &mut row[lower];
-            *diagonal = std::array::from_fn(|i| std::array::from_fn(|j| diagonal[i.min(j)][i.max(j)]));
-            for at in upper.start + 1..upper.end {
-                let (l, block) = (self.cols[at] as usize, &self.vals[at]);
-                coarse.row_mut(l).1[self.next[l] as usize] =
-                    std::array::from_fn(|i| std::array::from_fn(|j| block[j][i]));
-                self.next[l] += 1;
-            }
-        }
+        mirror_between(&bounds, coarse);
     }
 }
 
 /// Coarse rows, and who computes them.
-struct Part<'a, const B: usize, const M: usize> {
-    rows: Range<usize>,
-    starts: &'a [usize],
-    cols: &'a [u32],
-    /// Of `rows` alone.
-    vals: &'a mut [Block<M>],
+struct Part<'a, 'b, const B: usize, const M: usize> {
+    rows: &'a mut RowsMut<'b, M>,
+    /// Of `A P`.
+    product: &'a Pattern,
     worker: &'a mut Worker<B, M>,
 }
 
 /// Memory for one row of `A P`.
 #[derive(Clone, Debug, Default)]
 struct Worker<const B: usize, const M: usize> {
-    /// Place of a coarse node in the row at hand, or [`ABSENT`].
+    /// Place of a coarse node in the row at hand.
     place: Vec<u32>,
-    cols: Vec<u32>,
     row: Vec<[[f64; M]; B]>,
+    /// By row of the part, the next free place in its lower triangle.
+    next: Vec<u32>,
 }
 
-impl<const B: usize, const M: usize> Part<'_, B, M> {
-    fn run(&mut self, a: &BlockCsr<B>, p: &Transfer<B, M>) {
-        Arch::new().dispatch(
+impl<const B: usize, const M: usize> Part<'_, '_, B, M> {
+    fn run<T: Real>(&mut self, a: ProjectedRows<B>, p: &Transfer<B, M, T>) {
+        let mine = self.rows.rows();
+        for k in mine.clone() {
+            self.rows.row_mut(k).1.fill([[0.0; M]; M]);
+        }
+        simd::dispatch(
             #[inline(always)]
             || {
                 for i in 0..p.n_fine() {
                     let (coarse, blocks) = p.row(i);
-                    let from = coarse.partition_point(|k| (*k as usize) < self.rows.start);
-                    let to = coarse.partition_point(|k| (*k as usize) < self.rows.end);
+                    let from = coarse.partition_point(|k| (*k as usize) < mine.start);
+                    let to = coarse.partition_point(|k| (*k as usize) < mine.end);
                     if from < to {
-                        self.worker.multiply(a, p, i, coarse[from]);
-                        self.add(&coarse[from..to], &blocks[from..to]);
+                        let cols = self.product.row(i);
+                        // What lies before the first coarse row matters for the lower triangle alone.
+                        let cols = &cols[cols.partition_point(|&l| l < coarse[from])..];
+                        self.worker.multiply(a, p, i, cols);
+                        self.add(cols, &coarse[from..to], &blocks[from..to]);
                     }
                 }
             },
         );
+        self.mirror();
     }
 
-    /// Adds `P_iᵀ (A P)_i`, where `P_i` has `blocks` in the columns `coarse`.
+    /// Adds `P_iᵀ (A P)_i`, where `P_i` has `blocks` in the columns `coarse`, to the upper triangle.
     #[inline(always)]
-    fn add(&mut self, coarse: &[u32], blocks: &[[[f64; M]; B]]) {
-        let Worker { cols: row_cols, row, .. } = &*self.worker;
-        let before = self.starts[self.rows.start];
+    fn add<T: Real>(&mut self, product_cols: &[u32], coarse: &[u32], blocks: &[[[T; M]; B]]) {
         for (&k, block) in coarse.iter().zip(blocks) {
-            let range = self.starts[k as usize]..self.starts[k as usize + 1];
-            let cols = &self.cols[range.clone()];
-            let vals = &mut self.vals[range.start - before..range.end - before];
-            let from = row_cols.partition_point(|&l| l < k);
-            let mut at = 0;
-            for (&l, product) in row_cols[from..].iter().zip(&row[from..]) {
+            let (cols, row) = self.rows.row_mut(k as usize);
+            let mut at = cols.partition_point(|&l| l < k);
+            let from = product_cols.partition_point(|&l| l < k);
+            for (&l, product) in product_cols[from..].iter().zip(&self.worker.row[from..]) {
                 while cols[at] < l {
                     at += 1;
                 }
-                add_transposed(block, product, &mut vals[at]);
+                add_transposed(block, product, &mut row[at]);
+            }
+        }
+    }
+
+    /// Makes the diagonal symmetric, and copies the upper triangle to the lower one as far as both are in this part.
+    fn mirror(&mut self) {
+        let mine = self.rows.rows();
+        let next = &mut self.worker.next;
+        next.clear();
+        next.extend(mine.clone().map(|l| self.rows.cols(l).partition_point(|&k| (k as usize) < mine.start) as u32));
+        for k in mine.clone() {
+            let (cols, row) = self.rows.row_mut(k);
+            let diagonal = cols.partition_point(|&l| (l as usize) < k);
+            let end = cols.partition_point(|&l| (l as usize) < mine.end);
+            let block = row[diagonal];
+            row[diagonal] = std::array::from_fn(|i| std::array::from_fn(|j| block[i.min(j)][i.max(j)]));
+            for at in diagonal + 1..end {
+                let (cols, row) = self.rows.row_mut(k);
+                let (l, block) = (cols[at] as usize, transposed(&row[at]));
+                let place = &mut next[l - mine.start];
+                self.rows.row_mut(l).1[*place as usize] = block;
+                *place += 1;
             }
         }
     }
 }
 
-impl<const B: usize, const M: usize> Worker<B, M> {
-    /// `(A P)_i` in the coarse columns from `first` on, ascending: what lies before matters for the lower triangle alone.
-    #[inline(always)]
-    fn multiply(&mut self, a: &BlockCsr<B>, p: &Transfer<B, M>, i: usize, first: u32) {
-        let Self { place, cols, row } = self;
-        cols.clear();
-        let (neighbours, values) = a.row(i);
-        for &j in neighbours {
-            for &l in p.row(j as usize).0 {
-                if l >= first && place[l as usize] == ABSENT {
-                    place[l as usize] = 0;
-                    cols.push(l);
-                }
+/// Copies those blocks of the upper triangle to the lower one that lie between two parts.
+fn mirror_between<const M: usize>(bounds: &[usize], coarse: &mut BlockCsr<M>) {
+    for (part, &start) in bounds.iter().enumerate() {
+        let end = bounds.get(part + 1).copied().unwrap_or(coarse.n_rows());
+        for k in start..end {
+            let from = coarse.row(k).0.partition_point(|&l| (l as usize) < end);
+            for at in from..coarse.row(k).0.len() {
+                let (cols, row) = coarse.row(k);
+                let (l, block) = (cols[at] as usize, transposed(&row[at]));
+                *coarse.get_mut(l, k).expect("a symmetric pattern") = block;
             }
         }
-        cols.sort_unstable();
+    }
+}
+
+fn transposed<const M: usize>(block: &Block<M>) -> Block<M> {
+    std::array::from_fn(|i| std::array::from_fn(|j| block[j][i]))
+}
+
+/// The symmetric matrix of zeros with this upper triangle, whose rows begin with the diagonal.
+fn symmetric<const M: usize>(upper: &Pattern) -> BlockCsr<M> {
+    let n = upper.starts.len() - 1;
+    let mut starts = vec![0; n + 1];
+    for k in 0..n {
+        starts[k + 1] += upper.row(k).len();
+        upper.row(k)[1..].iter().for_each(|&l| starts[l as usize + 1] += 1);
+    }
+    (0..n).for_each(|k| starts[k + 1] += starts[k]);
+    let mut cols = vec![0; starts[n]];
+    let mut next = starts.clone();
+    for k in 0..n {
+        for &l in &upper.row(k)[1..] {
+            cols[next[l as usize]] = k as u32;
+            next[l as usize] += 1;
+        }
+        // Those before `k` have all been written: the rest of the row is its upper part.
+        cols[next[k]..starts[k + 1]].copy_from_slice(upper.row(k));
+    }
+    BlockCsr::from_pattern(&starts, &cols).expect("ascending columns of a square matrix")
+}
+
+impl<const B: usize, const M: usize> Worker<B, M> {
+    /// `(A P)_i` in the coarse columns `cols`, the last ones of its row.
+    #[inline(always)]
+    fn multiply<T: Real>(&mut self, a: ProjectedRows<B>, p: &Transfer<B, M, T>, i: usize, cols: &[u32]) {
+        let Self { place, row, .. } = self;
+        let Some(&first) = cols.first() else { return };
         for (at, &l) in cols.iter().enumerate() {
             place[l as usize] = at as u32;
         }
         row.clear();
         row.resize(cols.len(), [[0.0; M]; B]);
+        let (neighbours, values) = a.row(i);
         for (&j, value) in neighbours.iter().zip(values) {
             let (coarse, blocks) = p.row(j as usize);
             for (&l, block) in coarse.iter().zip(blocks) {
@@ -222,9 +290,6 @@ impl<const B: usize, const M: usize> Worker<B, M> {
                     add_product(value, block, &mut row[place[l as usize] as usize]);
                 }
             }
-        }
-        for &l in &*cols {
-            place[l as usize] = ABSENT;
         }
     }
 }

@@ -1,10 +1,12 @@
 //! Which nodes are strongly coupled.
 
 use crate::Block;
-use crate::sparse::BlockCsr;
+use crate::precondition::projected::ProjectedRows;
+use crate::sparse::Rows;
+use crate::team::Team;
 
 /// Neighbours of every node, ascending, without the node itself.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Graph {
     starts: Vec<usize>,
     neighbours: Vec<u32>,
@@ -14,20 +16,34 @@ pub(super) struct Graph {
 
 impl Graph {
     /// Nodes `i` and `j` are neighbours if `‖A_ij‖ > strength √(‖A_ii‖ ‖A_jj‖)` in the Frobenius norm.
-    pub fn new<const B: usize>(a: &BlockCsr<B>, strength: f64) -> Self {
-        let diagonal: Vec<f64> = (0..a.n_rows()).map(|i| square(&a.diagonal(i)).sqrt()).collect();
-        let mut graph = Self { starts: vec![0], ..Self::default() };
-        for i in 0..a.n_rows() {
-            let (cols, blocks) = a.row(i);
-            for (&j, block) in cols.iter().zip(blocks) {
-                let weight = square(block);
-                let threshold = strength * strength * diagonal[i] * diagonal[j as usize];
-                if j as usize != i && weight > threshold {
-                    graph.neighbours.push(j);
-                    graph.weights.push(weight);
+    pub fn new<const B: usize>(team: &Team, a: ProjectedRows<B>, strength: f64) -> Self {
+        let n = a.n_rows();
+        let size = |i: usize| square(&a.diagonal(i)).sqrt();
+        let diagonal: Vec<f64> = if strength > 0.0 { (0..n).map(size).collect() } else { Vec::new() };
+        let mut parts: [Self; Team::MAX_MEMBERS] = std::array::from_fn(|_| Self::default());
+        team.each(&mut parts[..team.size()], |member, part| {
+            part.neighbours.reserve(a.n_blocks() / team.size());
+            part.weights.reserve(a.n_blocks() / team.size());
+            for i in n * member / team.size()..n * (member + 1) / team.size() {
+                let (cols, blocks) = a.row(i);
+                for (&j, block) in cols.iter().zip(blocks) {
+                    let weight = square(block);
+                    let pair = || diagonal[i] * diagonal[j as usize];
+                    let threshold = if strength > 0.0 { strength * strength * pair() } else { 0.0 };
+                    if j as usize != i && weight > threshold {
+                        part.neighbours.push(j);
+                        part.weights.push(weight);
+                    }
                 }
+                part.starts.push(part.neighbours.len());
             }
-            graph.starts.push(graph.neighbours.len());
+        });
+        let mut graph = Self { starts: vec![0], ..Self::default() };
+        for part in &parts {
+            let before = graph.neighbours.len();
+            graph.starts.extend(part.starts.iter().map(|end| before + end));
+            graph.neighbours.extend_from_slice(&part.neighbours);
+            graph.weights.extend_from_slice(&part.weights);
         }
         graph
     }

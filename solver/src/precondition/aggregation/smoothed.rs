@@ -6,6 +6,7 @@ use super::level::{Level, Problem, Recipe};
 use super::modes::Modes;
 use crate::precondition::chebyshev::ChebyshevSettings;
 use crate::precondition::{Preconditioner, PreconditionerError};
+use crate::real::Real;
 use crate::sparse::BlockCsr;
 use crate::subspace::Subspace;
 use crate::team::Team;
@@ -52,10 +53,12 @@ impl SmoothedAggregationSettings {
 /// Source: Vaněk, Mandel & Brezina, *Algebraic multigrid by smoothed aggregation for second and fourth order elliptic
 /// problems*, Computing 56 (1996).
 #[derive(Clone, Debug, Default)]
-pub struct SmoothedAggregation<const B: usize, const M: usize> {
-    fine: Level<B, M>,
-    coarser: Vec<Level<M, M>>,
-    coarsest: Coarsest<M>,
+pub struct SmoothedAggregation<const B: usize, const M: usize, T: Real = f64> {
+    fine: Level<B, M, T>,
+    coarser: Vec<Level<M, M, T>>,
+    coarsest: Coarsest<M, T>,
+    /// Blocks of the finest matrix.
+    n_blocks: usize,
     settings: SmoothedAggregationSettings,
     /// Whether the last build came to its end.
     complete: bool,
@@ -82,6 +85,35 @@ impl<const B: usize, const M: usize> SmoothedAggregation<B, M> {
     /// # Errors
     /// As [`new`](Self::new).
     pub fn new_on(
+        team: &Team,
+        matrix: &BlockCsr<B>,
+        subspace: &Subspace<B>,
+        modes: Modes<B, M>,
+        settings: SmoothedAggregationSettings,
+    ) -> Result<Self, PreconditionerError> {
+        Self::build_on(team, matrix, subspace, modes, settings)
+    }
+}
+
+impl<const B: usize, const M: usize> SmoothedAggregation<B, M, f32> {
+    /// [`new_on`](SmoothedAggregation::new_on) for vectors in `f32`: half the bytes a cycle. Coarse matrices are worked out in
+    /// `f64`; the numbers of the matrix must not leave the range of `f32`.
+    ///
+    /// # Errors
+    /// As [`new`](SmoothedAggregation::new).
+    pub fn in_single_precision(
+        team: &Team,
+        matrix: &BlockCsr<B>,
+        subspace: &Subspace<B>,
+        modes: Modes<B, M>,
+        settings: SmoothedAggregationSettings,
+    ) -> Result<Self, PreconditionerError> {
+        Self::build_on(team, matrix, subspace, modes, settings)
+    }
+}
+
+impl<const B: usize, const M: usize, T: Real> SmoothedAggregation<B, M, T> {
+    fn build_on(
         team: &Team,
         matrix: &BlockCsr<B>,
         subspace: &Subspace<B>,
@@ -116,18 +148,19 @@ impl<const B: usize, const M: usize> SmoothedAggregation<B, M> {
         self.settings.validate()?;
         // A build that ends early leaves levels that do not belong together.
         let complete = std::mem::replace(&mut self.complete, false);
-        let Problem { a, modes } = &mut self.fine.problem;
+        let Problem { a, modes, .. } = &mut self.fine.problem;
         let (modes, nodes) = (modes.n_nodes(), matrix.n_rows());
         if modes != nodes {
             return Err(PreconditionerError::Modes { modes, nodes });
         }
-        let same = a.rebuild(matrix, subspace)? && complete;
-        self.build(team, same)?;
+        let same = a.rebuild(team, matrix, subspace)? && complete;
+        self.n_blocks = matrix.n_blocks();
+        self.build(team, matrix, same)?;
         self.complete = true;
         Ok(())
     }
 
-    fn build(&mut self, team: &Team, same: bool) -> Result<(), PreconditionerError> {
+    fn build(&mut self, team: &Team, matrix: &BlockCsr<B>, same: bool) -> Result<(), PreconditionerError> {
         let SmoothedAggregationSettings { strength, smoother, smoothing, max_coarse_dim } = self.settings;
         let recipe = Recipe { smoother, smoothing, strength, partition: &Aggregates::neighbourhoods };
         if !same {
@@ -138,8 +171,8 @@ impl<const B: usize, const M: usize> SmoothedAggregation<B, M> {
             let (above, below) = self.coarser.split_at_mut(depth);
             let next = below.first_mut().map_or(&mut self.coarsest.problem, |level| &mut level.problem);
             match above.last_mut() {
-                None => self.fine.build(team, &recipe, same, next)?,
-                Some(level) => level.build(team, &recipe, same, next)?,
+                None => self.fine.build(team, Some(matrix), &recipe, same, next)?,
+                Some(level) => level.build(team, None, &recipe, same, next)?,
             }
             if !same && depth + 2 < MAX_LEVELS && self.coarsest.dim() > max_coarse_dim {
                 self.coarser.push(Level::new(std::mem::take(&mut self.coarsest.problem)));
@@ -147,7 +180,8 @@ impl<const B: usize, const M: usize> SmoothedAggregation<B, M> {
             if depth == self.coarser.len() {
                 return self.coarsest.factor();
             }
-            self.coarser[depth].problem.a.complete()?;
+            let Problem { matrix, a, .. } = &mut self.coarser[depth].problem;
+            a.rebuild_free(team, matrix)?;
             depth += 1;
         }
     }
@@ -161,7 +195,7 @@ impl<const B: usize, const M: usize> SmoothedAggregation<B, M> {
     /// Numbers stored in the matrices of all levels over those of the finest: what a cycle costs beyond the finest level.
     #[must_use]
     pub fn operator_complexity(&self) -> f64 {
-        let fine = (self.fine.n_blocks() * B * B) as f64;
+        let fine = (self.n_blocks * B * B) as f64;
         let coarser: usize = self.coarser.iter().map(|level| level.n_blocks() * M * M).sum();
         1.0 + (coarser + self.coarsest.dim().pow(2)) as f64 / fine.max(1.0)
     }
@@ -173,14 +207,14 @@ impl<const B: usize, const M: usize> SmoothedAggregation<B, M> {
     }
 }
 
-impl<const B: usize, const M: usize> Preconditioner for SmoothedAggregation<B, M> {
-    fn apply(&self, r: &[f64], z: &mut [f64]) {
+impl<const B: usize, const M: usize, T: Real> Preconditioner<T> for SmoothedAggregation<B, M, T> {
+    fn apply(&self, r: &[T], z: &mut [T]) {
         self.apply_on(&Team::serial(), r, z);
     }
 
     /// # Panics
     /// If a vector does not have the length of the matrix.
-    fn apply_on(&self, team: &Team, r: &[f64], z: &mut [f64]) {
+    fn apply_on(&self, team: &Team, r: &[T], z: &mut [T]) {
         let n = self.fine.dim();
         assert!(r.len() == n && z.len() == n, "multilevel preconditioner of {n} rows");
         self.fine.cycle(team, r, z, |f, e| descend(&self.coarser, &self.coarsest, team, f, e));
@@ -188,7 +222,13 @@ impl<const B: usize, const M: usize> Preconditioner for SmoothedAggregation<B, M
 }
 
 /// The cycle from the first of `levels` down.
-fn descend<const M: usize>(levels: &[Level<M, M>], coarsest: &Coarsest<M>, team: &Team, f: &[f64], e: &mut [f64]) {
+fn descend<const M: usize, T: Real>(
+    levels: &[Level<M, M, T>],
+    coarsest: &Coarsest<M, T>,
+    team: &Team,
+    f: &[T],
+    e: &mut [T],
+) {
     match levels.split_first() {
         None => coarsest.solve(f, e),
         Some((level, rest)) => level.cycle(team, f, e, |f, e| descend(rest, coarsest, team, f, e)),

@@ -3,6 +3,7 @@ use super::graph::Graph;
 use super::modes::Modes;
 use super::tentative::orthonormalise;
 use super::two_level::{Form, TwoLevel};
+use crate::precondition::projected::Projected;
 use crate::precondition::{ChebyshevSettings, Preconditioner, PreconditionerError};
 use crate::sparse::BlockCsr;
 use crate::subspace::{Constraint, Subspace};
@@ -38,6 +39,13 @@ fn edges() -> impl Strategy<Value = (usize, Vec<(usize, usize)>)> {
     (1usize..60).prop_flat_map(|n| (Just(n), proptest::collection::vec((0..n, 0..n), 0..2 * n)))
 }
 
+fn graph_of<const B: usize>(a: &BlockCsr<B>, strength: f64) -> Graph {
+    let rows = Projected::<B>::default();
+    let serial = Graph::new(&Team::serial(), rows.rows(a), strength);
+    assert_eq!(serial, Graph::new(&Team::new(2), rows.rows(a), strength));
+    serial
+}
+
 /// Nodes with neighbours lie in one aggregate each, others in none; aggregates are connected.
 fn check_partition(graph: &Graph, aggregates: &Aggregates) {
     let mut seen = vec![0; graph.n_nodes()];
@@ -66,7 +74,7 @@ fn check_partition(graph: &Graph, aggregates: &Aggregates) {
 proptest! {
     #[test]
     fn aggregates_divide_the_graph((n, edges) in edges(), count in 1usize..20) {
-        let graph = Graph::new(&laplacian::<1>(n, &edges, 1.0), 0.0);
+        let graph = graph_of(&laplacian::<1>(n, &edges, 1.0), 0.0);
         let standard = Aggregates::neighbourhoods(&graph);
         check_partition(&graph, &standard);
         let coupled = (0..n).filter(|&i| !graph.neighbours(i).is_empty()).count();
@@ -155,10 +163,10 @@ fn strength_drops_weak_couplings() {
     let mut a = laplacian::<1>(4, &[(0, 1), (1, 2), (2, 3)], 0.1);
     a.get_mut(1, 2).unwrap()[0][0] = -1e-3;
     a.get_mut(2, 1).unwrap()[0][0] = -1e-3;
-    let graph = Graph::new(&a, 0.05);
+    let graph = graph_of(&a, 0.05);
     assert_eq!([graph.neighbours(1), graph.neighbours(2)], [&[0], &[3]]);
     assert_eq!(Aggregates::neighbourhoods(&graph).of, [0, 0, 1, 1]);
-    assert_eq!(Graph::new(&a, 0.0).neighbours(1), [0, 2]);
+    assert_eq!(graph_of(&a, 0.0).neighbours(1), [0, 2]);
 }
 
 #[test]

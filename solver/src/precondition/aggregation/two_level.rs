@@ -7,6 +7,7 @@ use super::level::{Level, Problem, Recipe};
 use super::modes::Modes;
 use crate::precondition::chebyshev::ChebyshevSettings;
 use crate::precondition::{Preconditioner, PreconditionerError};
+use crate::real::Real;
 use crate::sparse::BlockCsr;
 use crate::subspace::Subspace;
 use crate::team::Team;
@@ -37,9 +38,9 @@ impl Form {
 /// Source: Nicolaides, *Deflation of conjugate gradients with applications to boundary value problems*, SIAM J. Numer.
 /// Anal. 24 (1987), with rigid moves in place of constants; the aggregates are balls of the graph of the matrix.
 #[derive(Clone, Debug)]
-pub struct TwoLevel<const B: usize, const M: usize> {
-    level: Level<B, M>,
-    coarsest: Coarsest<M>,
+pub struct TwoLevel<const B: usize, const M: usize, T: Real = f64> {
+    level: Level<B, M, T>,
+    coarsest: Coarsest<M, T>,
     form: Form,
     aggregates: Option<usize>,
     /// Whether the last build came to its end.
@@ -70,6 +71,37 @@ impl<const B: usize, const M: usize> TwoLevel<B, M> {
     /// # Errors
     /// As [`new`](Self::new).
     pub fn new_on(
+        team: &Team,
+        matrix: &BlockCsr<B>,
+        subspace: &Subspace<B>,
+        modes: Modes<B, M>,
+        form: Form,
+        aggregates: Option<usize>,
+    ) -> Result<Self, PreconditionerError> {
+        Self::build_on(team, matrix, subspace, modes, form, aggregates)
+    }
+}
+
+impl<const B: usize, const M: usize> TwoLevel<B, M, f32> {
+    /// [`new_on`](TwoLevel::new_on) for vectors in `f32`: half the bytes a cycle. The coarse matrix is worked out and factored
+    /// in `f64`; the numbers of the matrix must not leave the range of `f32`.
+    ///
+    /// # Errors
+    /// As [`new`](TwoLevel::new).
+    pub fn in_single_precision(
+        team: &Team,
+        matrix: &BlockCsr<B>,
+        subspace: &Subspace<B>,
+        modes: Modes<B, M>,
+        form: Form,
+        aggregates: Option<usize>,
+    ) -> Result<Self, PreconditionerError> {
+        Self::build_on(team, matrix, subspace, modes, form, aggregates)
+    }
+}
+
+impl<const B: usize, const M: usize, T: Real> TwoLevel<B, M, T> {
+    fn build_on(
         team: &Team,
         matrix: &BlockCsr<B>,
         subspace: &Subspace<B>,
@@ -119,14 +151,14 @@ impl<const B: usize, const M: usize> TwoLevel<B, M> {
         };
         // A build that ends early leaves levels that do not belong together.
         let complete = std::mem::replace(&mut self.complete, false);
-        let Problem { a, modes } = &mut self.level.problem;
+        let Problem { a, modes, .. } = &mut self.level.problem;
         let (modes, nodes) = (modes.n_nodes(), matrix.n_rows());
         if modes != nodes {
             return Err(PreconditionerError::Modes { modes, nodes });
         }
-        let same = a.rebuild(matrix, subspace)? && complete;
+        let same = a.rebuild(team, matrix, subspace)? && complete;
         let recipe = Recipe { smoother, smoothing: 0.0, strength: 0.0, partition };
-        self.level.build(team, &recipe, same, &mut self.coarsest.problem)?;
+        self.level.build(team, Some(matrix), &recipe, same, &mut self.coarsest.problem)?;
         self.coarsest.factor()?;
         self.complete = true;
         Ok(())
@@ -151,17 +183,17 @@ fn balanced_count<const M: usize>(stored: usize) -> usize {
     ((dim / M as f64).round() as usize).max(1)
 }
 
-impl<const B: usize, const M: usize> Preconditioner for TwoLevel<B, M> {
-    fn apply(&self, r: &[f64], z: &mut [f64]) {
+impl<const B: usize, const M: usize, T: Real> Preconditioner<T> for TwoLevel<B, M, T> {
+    fn apply(&self, r: &[T], z: &mut [T]) {
         self.apply_on(&Team::serial(), r, z);
     }
 
     /// # Panics
     /// If a vector does not have the length of the matrix.
-    fn apply_on(&self, team: &Team, r: &[f64], z: &mut [f64]) {
+    fn apply_on(&self, team: &Team, r: &[T], z: &mut [T]) {
         let n = self.level.dim();
         assert!(r.len() == n && z.len() == n, "two-level preconditioner of {n} rows");
-        let coarse = |f: &[f64], e: &mut [f64]| self.coarsest.solve(f, e);
+        let coarse = |f: &[T], e: &mut [T]| self.coarsest.solve(f, e);
         match self.form {
             Form::Additive => self.level.add(team, r, z, coarse),
             Form::VCycle(_) => self.level.cycle(team, r, z, coarse),

@@ -3,7 +3,7 @@
 use super::{Column, Frozen, MOST_LANES, NONE, Slice, Slot};
 use crate::Block;
 use crate::real::Real;
-use crate::sparse::BlockCsr;
+use crate::sparse::{BlockCsr, Rows};
 use std::ops::Range;
 
 /// Share of the streamed positions that padding takes beyond a fresh layout before windows are laid out anew, a few by one
@@ -22,9 +22,21 @@ impl<const B: usize, T: Real> Frozen<B, T> {
     /// # Panics
     /// If the matrix has more blocks than 32-bit indices can name with padding.
     pub fn refresh(&mut self, matrix: &BlockCsr<B>) {
+        self.follow(matrix);
+    }
+
+    /// [`refresh`](Self::refresh) from rows wherever they are kept.
+    pub(crate) fn follow(&mut self, matrix: &impl Rows<B>) {
         let mut changed = std::mem::take(&mut self.changed);
         changed.clear();
         let new_from = self.resize(matrix.n_rows());
+        if self.vals.is_empty() {
+            // With a little padding; without this, growing would copy and touch everything twice.
+            let positions = matrix.n_blocks() / T::LANES;
+            let positions = positions + positions / 16;
+            self.vals.reserve(positions);
+            self.cols.reserve(positions * T::LANES);
+        }
         let mut pattern_changed = new_from < self.n_windows();
         for window in 0..self.n_windows() {
             changed.clear();
@@ -93,7 +105,7 @@ impl<const B: usize, T: Real> Frozen<B, T> {
     }
 
     /// Rows of a window, longest first, and places of the same length in ascending order.
-    fn by_length(&mut self, window: usize, matrix: &BlockCsr<B>) {
+    fn by_length(&mut self, window: usize, matrix: &impl Rows<B>) {
         let rows = self.rows_of(window);
         self.order.clear();
         self.order.extend(rows.map(|row| (u32::MAX - matrix.row(row).0.len() as u32, row as u32)));
@@ -101,13 +113,13 @@ impl<const B: usize, T: Real> Frozen<B, T> {
     }
 
     /// Positions that a product would read if the window were laid out anew.
-    fn fresh_layout(&mut self, window: usize, matrix: &BlockCsr<B>) -> u32 {
+    fn fresh_layout(&mut self, window: usize, matrix: &impl Rows<B>) -> u32 {
         self.by_length(window, matrix);
         self.order.iter().step_by(T::LANES).map(|(length, _)| (u32::MAX - length) * T::LANES as u32).sum()
     }
 
     /// Sorts the rows of a window by length and copies all of them; slices whose place has the right size stay there.
-    fn lay_out(&mut self, window: usize, matrix: &BlockCsr<B>) {
+    fn lay_out(&mut self, window: usize, matrix: &impl Rows<B>) {
         self.fresh[window] = self.fresh_layout(window, matrix);
         let order = std::mem::take(&mut self.order);
         let width = |k: usize| order.get(k * T::LANES).map_or(0, |(length, _)| u32::MAX - length);
@@ -129,7 +141,7 @@ impl<const B: usize, T: Real> Frozen<B, T> {
     }
 
     /// Copies a row to where it is, its slice made wider or narrower as needed; whether the length of the row changed.
-    fn follow_row(&mut self, row: usize, matrix: &BlockCsr<B>) -> bool {
+    fn follow_row(&mut self, row: usize, matrix: &impl Rows<B>) -> bool {
         let slice = self.place[row] as usize / T::LANES;
         let (len, width) = (matrix.row(row).0.len(), self.slices[slice].slot.len as usize);
         if len > width {
@@ -143,7 +155,7 @@ impl<const B: usize, T: Real> Frozen<B, T> {
     }
 
     /// Writes a row into its lane, the rest of which becomes padding; returns the length it had there.
-    fn copy_row(&mut self, row: usize, matrix: &BlockCsr<B>) -> usize {
+    fn copy_row(&mut self, row: usize, matrix: &impl Rows<B>) -> usize {
         let (slice, lane) = (self.place[row] as usize / T::LANES, self.place[row] as usize % T::LANES);
         let (cols, blocks) = matrix.row(row);
         let range = self.slices[slice].slot.range();
@@ -228,7 +240,7 @@ impl<const B: usize, T: Real> Frozen<B, T> {
     }
 
     /// Lays out anew the windows with the most padding to spare, if there is too much of it.
-    fn tidy(&mut self, matrix: &BlockCsr<B>) {
+    fn tidy(&mut self, matrix: &impl Rows<B>) {
         for tidied in 0.. {
             let fresh: usize = self.fresh.iter().map(|&positions| positions as usize).sum();
             let slack = if tidied < FEW { SLACK } else { MOST_SLACK };

@@ -1,0 +1,135 @@
+//! Rows of a matrix made at once, and written by several threads.
+
+use super::{Arena, BlockCsr, GRAIN, SparseError};
+use crate::Block;
+use crate::sparse::arena::Slot;
+use std::ops::Range;
+
+impl<const B: usize> BlockCsr<B> {
+    /// The matrix of zeros with the strictly ascending columns `cols[starts[i]..starts[i + 1]]` in row `i`, one `starts` more
+    /// than rows. The memory of the zeros is touched when they are first written.
+    ///
+    /// # Errors
+    /// [`SparseError`] for a column that does not exist or does not ascend, [`SparseError::TooLarge`].
+    ///
+    /// # Panics
+    /// If `starts` does not ascend from 0 to the number of columns.
+    pub fn from_pattern(starts: &[usize], cols: &[u32]) -> Result<Self, SparseError> {
+        assert!(starts.first() == Some(&0) && starts.last() == Some(&cols.len()) && starts.is_sorted(), "row starts");
+        let n_rows = starts.len() - 1;
+        if u32::try_from(n_rows).is_err() || n_rows.checked_mul(B).is_none() {
+            return Err(SparseError::TooLarge(n_rows));
+        }
+        let mut matrix = Self::new(n_rows);
+        let mut arena = Arena::<GRAIN>::default();
+        for row in 0..n_rows {
+            let len = starts[row + 1] - starts[row];
+            let slot = arena.allocate(len).ok_or(SparseError::TooLarge(len))?;
+            matrix.slots[row] = Slot { len: len as u32, ..slot };
+        }
+        matrix.cols = vec![0; arena.end()];
+        matrix.vals = vec![[[0.0; B]; B]; arena.end()];
+        matrix.arena = arena;
+        matrix.n_blocks = cols.len();
+        for row in 0..n_rows {
+            let of_row = &cols[starts[row]..starts[row + 1]];
+            matrix.check_columns(row, of_row)?;
+            matrix.cols[matrix.slots[row].range()].copy_from_slice(of_row);
+            matrix.note_write(row);
+        }
+        Ok(matrix)
+    }
+
+    /// Lends the rows from `bounds[k]` to `bounds[k + 1]`, those of the last part to `end`, for writing. `None` unless the rows lie one behind the
+    /// other, as those of [`from_pattern`](Self::from_pattern) do as long as none outgrows its place.
+    pub(crate) fn parts<'a, const PARTS: usize>(
+        &'a mut self,
+        bounds: [usize; PARTS],
+        end: usize,
+    ) -> Option<[RowsMut<'a, B>; PARTS]> {
+        let mut place = 0;
+        for slot in self.slots.iter().filter(|slot| slot.capacity > 0) {
+            if slot.start < place {
+                return None;
+            }
+            place = slot.start + slot.capacity;
+        }
+        (0..self.n_rows()).for_each(|row| self.note_write(row));
+        self.rows_written += self.n_rows() as u64;
+        let (mut rest, mut offset) = (&mut self.vals[..], 0);
+        Some(std::array::from_fn(|k| {
+            let rows = bounds[k]..bounds.get(k + 1).copied().unwrap_or(end);
+            let last = self.slots[rows.clone()].iter().rfind(|slot| slot.capacity > 0);
+            let place = last.map_or(offset, |slot| (slot.start + slot.capacity) as usize);
+            let (vals, after) = std::mem::take(&mut rest).split_at_mut(place - offset);
+            let part = RowsMut { rows, slots: &self.slots, cols: &self.cols, vals, offset };
+            (rest, offset) = (after, place);
+            part
+        }))
+    }
+}
+
+/// Some rows of a matrix, lent for writing; the columns of all of them can be read.
+pub(crate) struct RowsMut<'a, const B: usize> {
+    rows: Range<usize>,
+    slots: &'a [Slot],
+    cols: &'a [u32],
+    /// Blocks from place `offset` on.
+    vals: &'a mut [Block<B>],
+    offset: usize,
+}
+
+impl<const B: usize> RowsMut<'_, B> {
+    /// The rows that may be written.
+    pub fn rows(&self) -> Range<usize> {
+        self.rows.clone()
+    }
+
+    /// Columns of a row, whoever writes it.
+    #[inline(always)]
+    pub fn cols(&self, row: usize) -> &[u32] {
+        &self.cols[self.slots[row].range()]
+    }
+
+    /// Columns and blocks of one of [`rows`](Self::rows).
+    #[inline(always)]
+    pub fn row_mut(&mut self, row: usize) -> (&[u32], &mut [Block<B>]) {
+        let range = self.slots[row].range();
+        (&self.cols[range.clone()], &mut self.vals[range.start - self.offset..range.end - self.offset])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pattern_is_filled_by_parts() {
+        let mut a = BlockCsr::<2>::from_pattern(&[0, 2, 2, 5, 6], &[0, 3, 0, 1, 2, 3]).unwrap();
+        assert_eq!((a.n_rows(), a.n_blocks()), (4, 6));
+        for (k, part) in a.parts([0, 2], 4).unwrap().iter_mut().enumerate() {
+            assert_eq!(part.cols(2), [0, 1, 2]);
+            for row in part.rows() {
+                let (cols, blocks) = part.row_mut(row);
+                for (col, block) in cols.iter().zip(blocks) {
+                    *block = [[row as f64, f64::from(*col)], [k as f64, 1.0]];
+                }
+            }
+        }
+        let mut expected = BlockCsr::<2>::new(4);
+        for (row, cols) in [(0, vec![0, 3]), (2, vec![0, 1, 2]), (3, vec![3])] {
+            let block = |col: &u32| [[f64::from(row), f64::from(*col)], [f64::from(row / 2), 1.0]];
+            let blocks: Vec<_> = cols.iter().map(block).collect();
+            expected.set_row(row as usize, &cols, &blocks).unwrap();
+        }
+        assert!((0..4).all(|row| a.row(row) == expected.row(row)));
+        // A row that has moved to the end stands in the way.
+        a.set_row(0, &[0, 1, 2, 3], &[[[1.0; 2]; 2]; 4]).unwrap();
+        assert!(a.parts([0], 4).is_some(), "four blocks have room where there were two");
+        let mut grown = BlockCsr::<1>::from_pattern(&[0, 1, 2, 3, 4, 5], &[0, 1, 2, 3, 4]).unwrap();
+        grown.set_row(0, &[0, 1, 2, 3, 4], &[[[1.0]]; 5]).unwrap();
+        assert!(grown.parts([0], 5).is_none());
+        assert!(BlockCsr::<1>::from_pattern(&[0, 2], &[0, 0]).is_err());
+        assert!(BlockCsr::<1>::from_pattern(&[0, 1], &[1]).is_err());
+    }
+}
