@@ -19,7 +19,8 @@ use stylet_solver::precondition::aggregation::{
     Form, Modes, SmoothedAggregation, SmoothedAggregationSettings, TwoLevel,
 };
 use stylet_solver::precondition::{
-    BlockJacobi, Chebyshev, ChebyshevSettings, Identity, IncompleteCholesky, Jacobi, Preconditioner, Ssor, SsorSettings,
+    BlockJacobi, Chebyshev, ChebyshevSettings, Identity, IncompleteCholesky, Jacobi, Preconditioner, SinglePrecision,
+    Ssor, SsorSettings,
 };
 use stylet_solver::sparse::{BlockCsr, Frozen};
 use stylet_solver::stop::{Criterion, Stop, StopRule};
@@ -147,6 +148,26 @@ pub(super) const METHODS: &[Method] = &[
         },
     },
     Method {
+        solver: "cg, unfrozen",
+        preconditioner: "smoothed-aggregation-f32",
+        kind: Ours,
+        set_up: |case, team| {
+            let m = smoothed_aggregation_in_single_precision(case, team)?;
+            let products = 1 + m.products();
+            Ok(cg_with::<BlockCsr<3>>(case, team, &case.matrix, SinglePrecision::new(m), products))
+        },
+    },
+    Method {
+        solver: "cg, unfrozen",
+        preconditioner: "two-level-v-f32",
+        kind: Ours,
+        set_up: |case, team| {
+            let modes = Modes::rigid(&case.places).map_err(text)?;
+            let m = TwoLevel::in_single_precision(team, &case.matrix, &case.free, modes, Form::v_cycle(), None);
+            Ok(cg_with::<BlockCsr<3>>(case, team, &case.matrix, SinglePrecision::new(m.map_err(text)?), 3))
+        },
+    },
+    Method {
         solver: "cholesky",
         preconditioner: "f64",
         kind: Direct,
@@ -237,6 +258,16 @@ pub(super) fn smoothed_aggregation(case: &Case, team: &Team) -> Result<SmoothedA
     let modes = Modes::rigid(&case.places).map_err(text)?;
     let settings = SmoothedAggregationSettings::default();
     SmoothedAggregation::new_on(team, &case.matrix, &case.free, modes, settings).map_err(text)
+}
+
+/// [`smoothed_aggregation`] in f32.
+fn smoothed_aggregation_in_single_precision(
+    case: &Case,
+    team: &Team,
+) -> Result<SmoothedAggregation<3, 6, f32>, String> {
+    let modes = Modes::rigid(&case.places).map_err(text)?;
+    let settings = SmoothedAggregationSettings::default();
+    SmoothedAggregation::in_single_precision(team, &case.matrix, &case.free, modes, settings).map_err(text)
 }
 
 /// A factor, and refinement until the residual is small enough.
