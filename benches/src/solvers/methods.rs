@@ -162,7 +162,7 @@ pub(super) const METHODS: &[Method] = &[
         preconditioner: "two-level-v-f32",
         kind: Ours,
         set_up: |case, team| {
-            let modes = Modes::rigid(&case.places).map_err(text)?;
+            let modes = Modes::<3, 6>::rigid(&case.places).map_err(text)?;
             let m = TwoLevel::in_single_precision(team, &case.matrix, &case.free, modes, Form::v_cycle(), None);
             Ok(cg_with::<BlockCsr<3>>(case, team, &case.matrix, SinglePrecision::new(m.map_err(text)?), 3))
         },
