@@ -33,3 +33,4 @@ pub mod lanes;
 pub mod material;
 mod small;
 pub mod statics;
+pub mod svd;
