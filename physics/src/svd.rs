@@ -16,6 +16,7 @@ use crate::lanes::{
     LANES, Lane, Pack, PackMatrix, cofactor, determinant_by, lane_of, pack, single, times_transpose, unpack,
 };
 use nalgebra::SMatrix;
+use pulp::Arch;
 
 /// `F = U diag(sigma) V^T`, see the [module](self).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,8 +63,20 @@ const ORTHOGONAL: f64 = 1e-30;
 /// Squared columns smaller than this share of the largest entry squared are zero: their products would underflow.
 const NEGLIGIBLE: f64 = 1e-100;
 
-#[inline(always)]
+/// The decompositions of a group. Out of line: it is long, and called from many kernels.
+#[inline(never)]
 pub(crate) fn signed_svd_pack<const D: usize, const L: usize>(f: &PackMatrix<D, L>) -> PackSvd<D, L> {
+    if L == 1 {
+        return decompose(f);
+    }
+    Arch::new().dispatch(
+        #[inline(always)]
+        || decompose(f),
+    )
+}
+
+#[inline(always)]
+fn decompose<const D: usize, const L: usize>(f: &PackMatrix<D, L>) -> PackSvd<D, L> {
     const { assert!(D == 2 || D == 3, "singular values of 2 x 2 and 3 x 3 matrices") };
     let scale = power_of_two_below(largest_entry(f));
     let inverse = Pack::ONE / scale;
