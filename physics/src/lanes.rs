@@ -57,6 +57,16 @@ impl<const L: usize> Pack<L> {
         self.map(f64::abs)
     }
 
+    /// Which lanes lie above a bound.
+    #[inline(always)]
+    pub fn above(self, bound: f64) -> [bool; L] {
+        let mut out = [false; L];
+        for l in 0..L {
+            out[l] = self.0[l] > bound;
+        }
+        out
+    }
+
     /// The larger one; `other` where `self` is NaN.
     #[inline(always)]
     pub fn max(self, other: Self) -> Self {
@@ -136,16 +146,44 @@ impl<const L: usize> SubAssign for Pack<L> {
     }
 }
 
-/// One matrix as a pack of one lane.
+/// An array by its entries. (The array methods of the standard library are not always inlined, and then cost a call.)
 #[inline(always)]
-pub(crate) fn single<const D: usize>(m: &SMatrix<f64, D, D>) -> PackMatrix<D, 1> {
-    let mut out = [[Pack::ZERO; D]; D];
+pub(crate) fn array_of<const D: usize, const L: usize>(entry: impl Fn(usize) -> Pack<L>) -> [Pack<L>; D] {
+    let mut out = [Pack::ZERO; D];
     for i in 0..D {
-        for k in 0..D {
-            out[i][k] = Pack([m[(i, k)]]);
+        out[i] = entry(i);
+    }
+    out
+}
+
+/// A matrix by its entries.
+#[inline(always)]
+pub(crate) fn matrix_of<const R: usize, const C: usize, const L: usize>(
+    entry: impl Fn(usize, usize) -> Pack<L>,
+) -> [[Pack<L>; C]; R] {
+    let mut out = [[Pack::ZERO; C]; R];
+    for i in 0..R {
+        for k in 0..C {
+            out[i][k] = entry(i, k);
         }
     }
     out
+}
+
+/// Whether one of the lanes is not.
+#[inline(always)]
+pub(crate) fn any_not<const L: usize>(lanes: &[bool; L]) -> bool {
+    let mut all = true;
+    for l in 0..L {
+        all &= lanes[l];
+    }
+    !all
+}
+
+/// One matrix as a pack of one lane.
+#[inline(always)]
+pub(crate) fn single<const D: usize>(m: &SMatrix<f64, D, D>) -> PackMatrix<D, 1> {
+    matrix_of(|i, k| Pack([m[(i, k)]]))
 }
 
 /// One lane of a matrix of packs.
@@ -175,13 +213,19 @@ pub(crate) fn lane_matrix<const D: usize>(f: &[[Lane; D]; D], lane: usize) -> SM
 /// A matrix of lanes as packs.
 #[inline(always)]
 pub(crate) fn pack<const D: usize>(f: &[[Lane; D]; D]) -> PackMatrix<D, LANES> {
-    f.map(|row| row.map(Pack))
+    matrix_of(|i, k| Pack(f[i][k]))
 }
 
 /// A matrix of packs as lanes.
 #[inline(always)]
 pub(crate) fn unpack<const D: usize>(f: PackMatrix<D, LANES>) -> [[Lane; D]; D] {
-    f.map(|row| row.map(|x| x.0))
+    let mut out = [[[0.0; LANES]; D]; D];
+    for i in 0..D {
+        for k in 0..D {
+            out[i][k] = f[i][k].0;
+        }
+    }
+    out
 }
 
 /// `A B`.

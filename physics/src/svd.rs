@@ -13,10 +13,10 @@
 //! branching*, sections 4 and 5 (sorting and QR); Higham (1986), *Computing the polar decomposition*, (3.5).
 
 use crate::lanes::{
-    LANES, Lane, Pack, PackMatrix, cofactor, determinant_by, lane_of, pack, single, times_transpose, unpack,
+    LANES, Lane, Pack, PackMatrix, any_not, cofactor, determinant_by, lane_of, pack, single, times_transpose, unpack,
 };
 use nalgebra::SMatrix;
-use pulp::Arch;
+use pulp::{Arch, NullaryFnOnce};
 
 /// `F = U diag(sigma) V^T`, see the [module](self).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,13 +37,31 @@ pub fn signed_svd<const D: usize>(f: &SMatrix<f64, D, D>) -> SignedSvd<D> {
 
 /// The rotation closest to `F`, `D = 2` or `3`; the identity for `F = 0`, NaN where an entry is not finite.
 pub fn polar_rotation<const D: usize>(f: &SMatrix<f64, D, D>) -> SMatrix<f64, D, D> {
-    lane_of(&polar_rotation_pack(&single(f)), 0)
+    lane_of(&polar(&single(f)).rotation, 0)
 }
+
+/// The differential `dR` of [`polar_rotation`] in the direction `dF`. Where the sum of two signed singular values falls
+/// below 1e-6 (there `R` jumps) that sum is taken for it.
+pub fn polar_rotation_differential<const D: usize>(
+    f: &SMatrix<f64, D, D>,
+    df: &SMatrix<f64, D, D>,
+) -> SMatrix<f64, D, D> {
+    let SignedSvd { u, sigma, v } = signed_svd(f);
+    let turned = u.transpose() * df * v;
+    let spin = SMatrix::<f64, D, D>::from_fn(|i, k| {
+        let sum = sigma[i] + sigma[k];
+        (turned[(i, k)] - turned[(k, i)]) / if sum < SMALLEST_PAIR { SMALLEST_PAIR } else { sum }
+    });
+    u * spin * v.transpose()
+}
+
+/// Sums of two singular values at which derivatives of the rotation, which grow like their inverse, stop growing.
+pub(crate) const SMALLEST_PAIR: f64 = 1e-6;
 
 /// The rotations closest to the matrices of a group.
 #[inline(always)]
 pub fn polar_rotation_lanes<const D: usize>(f: &[[Lane; D]; D]) -> [[Lane; D]; D] {
-    unpack(polar_rotation_pack::<D, LANES>(&pack(f)))
+    unpack(polar::<D, LANES>(&pack(f)).rotation)
 }
 
 /// The decomposition in packs.
@@ -69,10 +87,19 @@ pub(crate) fn signed_svd_pack<const D: usize, const L: usize>(f: &PackMatrix<D, 
     if L == 1 {
         return decompose(f);
     }
-    Arch::new().dispatch(
-        #[inline(always)]
-        || decompose(f),
-    )
+    Arch::new().dispatch(Decompose(f))
+}
+
+/// A type and not a closure: a closure that only borrows is called through a shim that the compiler need not inline into
+/// the code for wide vectors.
+struct Decompose<'a, const D: usize, const L: usize>(&'a PackMatrix<D, L>);
+
+impl<const D: usize, const L: usize> NullaryFnOnce for Decompose<'_, D, L> {
+    type Output = PackSvd<D, L>;
+    #[inline(always)]
+    fn call(self) -> PackSvd<D, L> {
+        decompose(self.0)
+    }
 }
 
 #[inline(always)]
@@ -95,7 +122,7 @@ fn decompose<const D: usize, const L: usize>(f: &PackMatrix<D, L>) -> PackSvd<D,
                 rotated += orthogonalise(&mut b, &mut v, p, q);
             }
         }
-        if rotated.0.iter().all(|&x| x == 0.0) {
+        if !any_not(&(-rotated).above(-0.5)) {
             break;
         }
     }
@@ -227,12 +254,19 @@ const POLAR_STEPS: usize = 7;
 /// The last step of a quadratic iteration that has converged to round-off.
 const CONVERGED: f64 = 1e-8;
 
+/// The rotation closest to `F`, and in which lanes no singular values were needed.
+pub(crate) struct Polar<const D: usize, const L: usize> {
+    pub rotation: PackMatrix<D, L>,
+    /// Lanes in which every sum of two singular values is well above zero, so that the rotation has a derivative.
+    pub regular: [bool; L],
+}
+
 /// The rotation closest to `F`.
 ///
 /// In space by Newton's iteration `X <- (X + X^-T)/2` from `F`, which does not leave the matrices of positive determinant;
 /// lanes in which it has not converged (strongly deformed, singular or inverted ones) take `U V^T`.
 #[inline(always)]
-pub(crate) fn polar_rotation_pack<const D: usize, const L: usize>(f: &PackMatrix<D, L>) -> PackMatrix<D, L> {
+pub(crate) fn polar<const D: usize, const L: usize>(f: &PackMatrix<D, L>) -> Polar<D, L> {
     if D == 2 {
         return plane_rotation(f);
     }
@@ -252,37 +286,40 @@ pub(crate) fn polar_rotation_pack<const D: usize, const L: usize>(f: &PackMatrix
             }
         }
     }
-    let mut trusted = [false; L];
+    let mut regular = [false; L];
     for l in 0..L {
-        trusted[l] = first.0[l] > 0.0 && change.0[l] < CONVERGED * CONVERGED;
+        regular[l] = first.0[l] > 0.0 && change.0[l] < CONVERGED * CONVERGED;
     }
-    if trusted.iter().all(|&t| t) {
-        return x;
-    }
-    let svd = signed_svd_pack(f);
-    let rotation = times_transpose(&svd.u, &svd.v);
-    for i in 0..D {
-        for k in 0..D {
-            for l in 0..L {
-                x[i][k].0[l] = if trusted[l] { x[i][k].0[l] } else { rotation[i][k].0[l] };
+    if any_not(&regular) {
+        let svd = signed_svd_pack(f);
+        let rotation = times_transpose(&svd.u, &svd.v);
+        for i in 0..D {
+            for k in 0..D {
+                for l in 0..L {
+                    x[i][k].0[l] = if regular[l] { x[i][k].0[l] } else { rotation[i][k].0[l] };
+                }
             }
         }
     }
-    x
+    Polar { rotation: x, regular }
 }
 
 /// In the plane the rotation has a closed form; the identity where `F` is a reflection, to which all are equally close.
 #[inline(always)]
-fn plane_rotation<const D: usize, const L: usize>(f: &PackMatrix<D, L>) -> PackMatrix<D, L> {
-    let inverse = Pack::ONE / power_of_two_below(largest_entry(f));
+fn plane_rotation<const D: usize, const L: usize>(f: &PackMatrix<D, L>) -> Polar<D, L> {
+    /// The sum of both singular values from which on the rotation counts as well determined.
+    const WELL_DETERMINED: f64 = 1e-3;
+    let scale = power_of_two_below(largest_entry(f));
+    let inverse = Pack::ONE / scale;
     let (x, y) = ((f[0][0] + f[1][1]) * inverse, (f[1][0] - f[0][1]) * inverse);
     let square = x * x + y * y;
-    let (tiny, reciprocal) = (Pack::splat(NEGLIGIBLE), Pack::ONE / square.sqrt());
+    let root = square.sqrt();
+    let (tiny, reciprocal) = (Pack::splat(NEGLIGIBLE), Pack::ONE / root);
     let c = square.where_less(tiny, Pack::ONE, x * reciprocal);
     let s = square.where_less(tiny, Pack::ZERO, y * reciprocal);
-    let mut r = [[Pack::ZERO; D]; D];
-    (r[0][0], r[0][1], r[1][0], r[1][1]) = (c, -s, s, c);
-    r
+    let mut rotation = [[Pack::ZERO; D]; D];
+    (rotation[0][0], rotation[0][1], rotation[1][0], rotation[1][1]) = (c, -s, s, c);
+    Polar { rotation, regular: (root * scale).above(WELL_DETERMINED) }
 }
 
 #[cfg(test)]

@@ -1,9 +1,12 @@
 //! Linear elasticity in a frame that turns with the element.
 
-use super::principal::{self, Curvature, Principal, PrincipalTangent, balanced_stiffness, methods_by_packs, pair_sum};
+use super::contracted::{RotationGradient, add_dyad, add_isotropic, closed_or_principal, mapped};
+use super::principal::{self, Curvature, Principal, balanced_stiffness, methods_by_packs, pair_sum};
 use super::{Hyperelastic, Lame, MaterialError, Tangent};
-use crate::lanes::{Lane, Pack, PackMatrix, lane_of, pack, single, times, transpose_times, unpack};
-use crate::svd::polar_rotation_pack;
+use crate::lanes::{
+    Lane, Pack, PackMatrix, array_of, lane_of, matrix_of, pack, single, times, transpose_times, unpack,
+};
+use crate::svd::{Polar, polar};
 use nalgebra::SMatrix;
 use serde::{Deserialize, Serialize};
 
@@ -70,7 +73,7 @@ impl Corotated {
 
     #[inline(always)]
     fn energy<const D: usize, const L: usize>(&self, f: &PackMatrix<D, L>) -> Pack<L> {
-        let r = polar_rotation_pack(f);
+        let r = polar(f).rotation;
         let (distance, strain) = (distance_squared(f, &r), trace_strain(f, &r));
         finite_or_infinite(distance * self.lame.mu() + strain * strain * (0.5 * self.lame.lambda()))
     }
@@ -78,7 +81,7 @@ impl Corotated {
     /// `P = 2 mu (F - R) + lambda tr(R^T F - I) R`.
     #[inline(always)]
     fn stress<const D: usize, const L: usize>(&self, f: &PackMatrix<D, L>) -> PackMatrix<D, L> {
-        let r = polar_rotation_pack(f);
+        let r = polar(f).rotation;
         let pressure = trace_strain(f, &r) * self.lame.lambda();
         let mut p = *f;
         for i in 0..D {
@@ -92,7 +95,7 @@ impl Corotated {
     /// `dP = R (2 mu e + lambda tr(e) I)` with `e = sym(R^T dF)`.
     #[inline(always)]
     fn held_differential<const D: usize>(&self, f: &PackMatrix<D, 1>, df: &PackMatrix<D, 1>) -> PackMatrix<D, 1> {
-        let r = polar_rotation_pack(f);
+        let r = polar(f).rotation;
         let turned = transpose_times(&r, df);
         let mut dp = turned;
         let mut trace = Pack::ZERO;
@@ -118,11 +121,50 @@ impl Corotated {
         put: impl FnMut(usize, PackMatrix<D, L>),
     ) {
         match self.rotation {
-            RotationTangent::Exact => {
-                PrincipalTangent::new(self, f, project).element_stiffness(g, weight, put);
-            }
+            RotationTangent::Exact => self.exact_stiffness(f, g, weight, project, put),
             RotationTangent::Held => self.held_stiffness(f, g, weight, put),
         }
+    }
+
+    /// `K_ab = weight (2 mu (g_a.g_b) I + lambda h_a h_b^T + p [h_a]^T Q [h_b])` with `h = R g` and
+    /// `p = lambda tr(R^T F - I) - 2 mu`, see [`RotationGradient`].
+    #[inline(always)]
+    fn exact_stiffness<const D: usize, const N: usize, const L: usize>(
+        &self,
+        f: &PackMatrix<D, L>,
+        g: &[[Pack<L>; D]; N],
+        weight: Pack<L>,
+        project: bool,
+        put: impl FnMut(usize, PackMatrix<D, L>),
+    ) {
+        let Polar { rotation: r, mut regular } = polar(f);
+        let (h, gradient) = (mapped(&r, g), RotationGradient::new(f, &r));
+        let pressure = trace_strain(f, &r) * self.lame.lambda() - Pack::splat(2.0 * self.lame.mu());
+        if project {
+            let definite = gradient.is_definite_with(2.0 * self.lame.mu(), pressure);
+            for l in 0..L {
+                regular[l] &= definite[l];
+            }
+        }
+        let (two_mu, lambda) = (weight * (2.0 * self.lame.mu()), weight * self.lame.lambda());
+        let pressure = weight * pressure;
+        closed_or_principal(
+            self,
+            f,
+            g,
+            weight,
+            project,
+            &regular,
+            #[inline(always)]
+            |a, b| {
+                let mut k = [[Pack::ZERO; D]; D];
+                add_isotropic(&mut k, two_mu, &g[a], &g[b]);
+                add_dyad(&mut k, lambda, &h[a], &h[b]);
+                gradient.add(&mut k, pressure, &h[a], &h[b]);
+                k
+            },
+            put,
+        );
     }
 
     /// `K_ab = weight (mu (g_a.g_b) I + mu h_b h_a^T + lambda h_a h_b^T)` with `h = R g`.
@@ -134,44 +176,20 @@ impl Corotated {
         weight: Pack<L>,
         put: impl FnMut(usize, PackMatrix<D, L>),
     ) {
-        let r = polar_rotation_pack(f);
         let (mu, lambda) = (weight * self.lame.mu(), weight * self.lame.lambda());
-        let h = turned_gradients(&r, g);
+        let h = mapped(&polar(f).rotation, g);
         balanced_stiffness::<D, L, N>(
+            #[inline(always)]
             |a, b| {
                 let mut k = [[Pack::ZERO; D]; D];
-                let mut same = g[a][0] * g[b][0];
-                for i in 1..D {
-                    same += g[a][i] * g[b][i];
-                }
-                for i in 0..D {
-                    for j in 0..D {
-                        k[i][j] = mu * (h[b][i] * h[a][j]) + lambda * (h[a][i] * h[b][j]);
-                    }
-                    k[i][i] += mu * same;
-                }
+                add_isotropic(&mut k, mu, &g[a], &g[b]);
+                add_dyad(&mut k, mu, &h[b], &h[a]);
+                add_dyad(&mut k, lambda, &h[a], &h[b]);
                 k
             },
             put,
         );
     }
-}
-
-/// `R g` for each gradient.
-#[inline(always)]
-fn turned_gradients<const D: usize, const N: usize, const L: usize>(
-    r: &PackMatrix<D, L>,
-    g: &[[Pack<L>; D]; N],
-) -> [[Pack<L>; D]; N] {
-    let mut h = [[Pack::ZERO; D]; N];
-    for a in 1..N {
-        for i in 0..D {
-            for k in 0..D {
-                h[a][i] += r[i][k] * g[a][k];
-            }
-        }
-    }
-    h
 }
 
 /// `|F - R|^2`.
@@ -210,7 +228,7 @@ impl Principal for Corotated {
     #[inline(always)]
     fn gradient<const D: usize, const L: usize>(&self, s: &[Pack<L>; D]) -> [Pack<L>; D] {
         let pressure = total_strain(s) * self.lame.lambda();
-        s.map(|s| (s - Pack::ONE) * (2.0 * self.lame.mu()) + pressure)
+        array_of(|i| (s[i] - Pack::ONE) * (2.0 * self.lame.mu()) + pressure)
     }
 
     #[inline(always)]

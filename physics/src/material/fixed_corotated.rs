@@ -1,13 +1,15 @@
 //! The corotated law with its volume term exact.
 
+use super::contracted::{RotationGradient, add_dyad, add_isotropic, add_volume_curvature, closed_or_principal, mapped};
 use super::corotated::{distance_squared, finite_or_infinite};
 use super::principal::{
-    self, Curvature, Principal, PrincipalTangent, Products, differentials_by_principal_stretches, methods_by_packs,
-    pair_sum,
+    self, Curvature, Principal, Products, differentials_by_principal_stretches, methods_by_packs, pair_sum,
 };
 use super::{Hyperelastic, Lame, MaterialError, Tangent};
-use crate::lanes::{Lane, Pack, PackMatrix, cofactor, determinant_by, lane_of, pack, single, unpack};
-use crate::svd::polar_rotation_pack;
+use crate::lanes::{
+    Lane, Pack, PackMatrix, array_of, cofactor, determinant_by, lane_of, matrix_of, pack, single, unpack,
+};
+use crate::svd::{Polar, polar};
 use nalgebra::SMatrix;
 use serde::{Deserialize, Serialize};
 
@@ -62,7 +64,7 @@ impl FixedCorotated {
 
     #[inline(always)]
     fn energy<const D: usize, const L: usize>(&self, f: &PackMatrix<D, L>) -> Pack<L> {
-        let distance = distance_squared(f, &polar_rotation_pack(f));
+        let distance = distance_squared(f, &polar(f).rotation);
         let dj = determinant_by(f, &cofactor(f)) - Pack::ONE;
         finite_or_infinite(distance * self.lame.mu() + dj * dj * (0.5 * self.lame.lambda()))
     }
@@ -70,7 +72,7 @@ impl FixedCorotated {
     /// `P = 2 mu (F - R) + lambda (J - 1) cof F`.
     #[inline(always)]
     fn stress<const D: usize, const L: usize>(&self, f: &PackMatrix<D, L>) -> PackMatrix<D, L> {
-        let (r, cof) = (polar_rotation_pack(f), cofactor(f));
+        let (r, cof) = (polar(f).rotation, cofactor(f));
         let pressure = (determinant_by(f, &cof) - Pack::ONE) * self.lame.lambda();
         let mut p = *f;
         for i in 0..D {
@@ -81,6 +83,8 @@ impl FixedCorotated {
         p
     }
 
+    /// `K_ab = weight (2 mu (g_a.g_b) I + lambda c_a c_b^T + lambda (J - 1) J''_ab - 2 mu [h_a]^T Q [h_b])` with
+    /// `c = cof(F) g` and `h = R g`, see [`RotationGradient`] and [`add_volume_curvature`].
     #[inline(always)]
     fn stiffness<const D: usize, const N: usize, const L: usize>(
         &self,
@@ -90,7 +94,28 @@ impl FixedCorotated {
         project: bool,
         put: impl FnMut(usize, PackMatrix<D, L>),
     ) {
-        PrincipalTangent::new(self, f, project).element_stiffness(g, weight, put);
+        let (cof, Polar { rotation: r, regular }) = (cofactor(f), polar(f));
+        let (c, h, gradient) = (mapped(&cof, g), mapped(&r, g), RotationGradient::new(f, &r));
+        let (two_mu, lambda) = (weight * (2.0 * self.lame.mu()), weight * self.lame.lambda());
+        let pressure = lambda * (determinant_by(f, &cof) - Pack::ONE);
+        closed_or_principal(
+            self,
+            f,
+            g,
+            weight,
+            project,
+            &if project { [false; L] } else { regular },
+            #[inline(always)]
+            |a, b| {
+                let mut k = [[Pack::ZERO; D]; D];
+                add_isotropic(&mut k, two_mu, &g[a], &g[b]);
+                add_dyad(&mut k, lambda, &c[a], &c[b]);
+                add_volume_curvature(&mut k, pressure, f, &g[a], &g[b]);
+                gradient.add(&mut k, -two_mu, &h[a], &h[b]);
+                k
+            },
+            put,
+        );
     }
 }
 
@@ -100,7 +125,7 @@ impl Principal for FixedCorotated {
     fn gradient<const D: usize, const L: usize>(&self, s: &[Pack<L>; D]) -> [Pack<L>; D] {
         let products = Products::of(s);
         let pressure = (products.j - Pack::ONE) * self.lame.lambda();
-        std::array::from_fn(|i| (s[i] - Pack::ONE) * (2.0 * self.lame.mu()) + pressure * products.first[i])
+        array_of(|i| (s[i] - Pack::ONE) * (2.0 * self.lame.mu()) + pressure * products.first[i])
     }
 
     #[inline(always)]

@@ -2,11 +2,10 @@
 
 use super::corotated::finite_or_infinite;
 use super::principal::{
-    self, Curvature, Principal, PrincipalTangent, Products, differentials_by_principal_stretches, methods_by_packs,
-    pair_sum,
+    self, Curvature, Principal, Products, differentials_by_principal_stretches, methods_by_packs, pair_sum,
 };
 use super::{Hyperelastic, Lame, MaterialError, NeoHookean, StVenantKirchhoff, Tangent};
-use crate::lanes::{Lane, Pack, PackMatrix, lane_of, pack, single, unpack};
+use crate::lanes::{Lane, Pack, PackMatrix, array_of, lane_of, matrix_of, pack, single, unpack};
 use crate::svd::signed_svd_pack;
 use nalgebra::SMatrix;
 use serde::{Deserialize, Serialize};
@@ -161,7 +160,7 @@ impl Principal for Invertible<NeoHookean> {
     fn gradient<const D: usize, const L: usize>(&self, s: &[Pack<L>; D]) -> [Pack<L>; D] {
         let products = Products::of(s);
         let pressure = (products.j - Pack::ONE) * self.lame().lambda();
-        std::array::from_fn(|i| s[i] * self.lame().mu() + self.logarithm_slope(s[i]) + pressure * products.first[i])
+        array_of(|i| s[i] * self.lame().mu() + self.logarithm_slope(s[i]) + pressure * products.first[i])
     }
 
     #[inline(always)]
@@ -233,7 +232,7 @@ impl Principal for Invertible<StVenantKirchhoff> {
     #[inline(always)]
     fn gradient<const D: usize, const L: usize>(&self, s: &[Pack<L>; D]) -> [Pack<L>; D] {
         let pressure = self.doubled_green_trace(s) * (0.5 * self.lame().lambda());
-        s.map(|s| self.own_slope(s) + pressure * self.split(s).0)
+        array_of(|i| self.own_slope(s[i]) + pressure * self.split(s[i]).0)
     }
 
     #[inline(always)]
@@ -275,9 +274,12 @@ macro_rules! hyperelastic {
                 g: &[[Pack<L>; D]; N],
                 weight: Pack<L>,
                 project: bool,
-                put: impl FnMut(usize, PackMatrix<D, L>),
+                mut put: impl FnMut(usize, PackMatrix<D, L>),
             ) {
-                PrincipalTangent::new(self, f, project).element_stiffness(g, weight, put);
+                let blocks = principal::stiffness_blocks(self, f, g, weight, project);
+                for at in 0..N * (N + 1) / 2 {
+                    put(at, blocks[at]);
+                }
             }
         }
 

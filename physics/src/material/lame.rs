@@ -38,6 +38,22 @@ pub enum MaterialError {
         /// The range that the law needs.
         requirement: &'static str,
     },
+    /// Viscosities must be finite, and such that power is never negative.
+    #[error(
+        "viscosities psi = {psi:e} Pa s, alpha = {alpha:e} Pa s: finite values are needed, psi > 0 and alpha > -2 psi / 3"
+    )]
+    Viscosity {
+        /// The first coefficient found, Pa s.
+        psi: f64,
+        /// The second coefficient found, Pa s.
+        alpha: f64,
+    },
+    /// The damping time must be positive and finite.
+    #[error("the damping time is {damping_time} s, it must be positive and finite")]
+    DampingTime {
+        /// The value found, s.
+        damping_time: f64,
+    },
     /// No law of this name.
     #[error("there is no material model \"{model}\"; there are {known}")]
     UnknownModel {

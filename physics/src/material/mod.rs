@@ -5,9 +5,16 @@
 //! | [`Linear`] | `mu \|e\|^2 + lambda/2 tr(e)^2`, `e = sym(F - I)` | every `F` | constant |
 //! | [`StVenantKirchhoff`] | `mu \|G\|^2 + lambda/2 tr(G)^2`, `G = (F^T F - I)/2` | `J > 0` | varies |
 //! | [`NeoHookean`] | `mu/2 (tr F^T F - D) - mu ln J + lambda/2 (J - 1)^2` | `J > 0` | varies |
+//! | [`Corotated`] | `mu \|F - R\|^2 + lambda/2 tr(R^T F - I)^2`, `R` the polar rotation | every `F` | varies |
+//! | [`FixedCorotated`] | `mu \|F - R\|^2 + lambda/2 (J - 1)^2` | every `F` | varies |
+//! | [`StableNeoHookean`] | of Smith, de Goes & Kim (2018) | every `F` | varies |
+//! | [`Invertible`] | St. Venant-Kirchhoff or neo-Hookean, continued below a stretch | every `F` | varies |
+//!
+//! [`Solid`] is any of them, chosen at run time. [`Viscosity`] adds a damping stress.
 //!
 //! In two dimensions each is plane strain (`F33 = 1`, per unit of thickness); [`PlaneStress`] solves `S33 = 0` instead.
 
+mod contracted;
 mod corotated;
 mod fixed_corotated;
 mod invertible;
@@ -20,6 +27,7 @@ mod solid;
 mod st_venant_kirchhoff;
 mod stable_neo_hookean;
 mod tangent;
+mod viscosity;
 
 pub use corotated::{Corotated, RotationTangent};
 pub use fixed_corotated::FixedCorotated;
@@ -32,6 +40,7 @@ pub use solid::Solid;
 pub use st_venant_kirchhoff::StVenantKirchhoff;
 pub use stable_neo_hookean::StableNeoHookean;
 pub use tangent::Tangent;
+pub use viscosity::Viscosity;
 
 use crate::lanes::{LANES, Lane, lane_matrix};
 use nalgebra::SMatrix;
@@ -136,20 +145,36 @@ pub trait Hyperelastic<const D: usize>: Clone + Send + Sync {
         upper: &mut [[[Lane; D]; D]],
     ) {
         assert_eq!(upper.len(), N * (N + 1) / 2, "one block for each pair a <= b");
-        lane_by_lane(upper, |lane, blocks| {
-            let f = lane_matrix(f, lane);
-            let g = gradients.map(|g| g.map(|x| x[lane]));
-            if project {
-                self.projected_tangent(&f).element_stiffness(&g, weight[lane], blocks);
-            } else {
-                self.element_stiffness(&f, &g, weight[lane], blocks);
-            }
-        });
+        lane_by_lane(
+            upper,
+            #[inline(always)]
+            |lane, blocks| {
+                let f = lane_matrix(f, lane);
+                let g = lane_gradients(gradients, lane);
+                if project {
+                    self.projected_tangent(&f).element_stiffness(&g, weight[lane], blocks);
+                } else {
+                    self.element_stiffness(&f, &g, weight[lane], blocks);
+                }
+            },
+        );
     }
 }
 
 /// Pairs of vertices of a tetrahedron.
 const MAX_PAIRS: usize = 10;
+
+/// The gradients of one lane.
+#[inline(always)]
+fn lane_gradients<const D: usize, const N: usize>(gradients: &[[Lane; D]; N], lane: usize) -> [[f64; D]; N] {
+    let mut g = [[0.0; D]; N];
+    for a in 0..N {
+        for i in 0..D {
+            g[a][i] = gradients[a][i][lane];
+        }
+    }
+    g
+}
 
 /// Fills the blocks of a group from a function that fills those of one lane.
 #[inline(always)]

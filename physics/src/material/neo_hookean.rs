@@ -1,8 +1,8 @@
 //! Compressible neo-Hookean solid, and the family of laws `mu/2 |F|^2 + U(J)` it belongs to.
 
 use super::principal::{self, Curvature, Principal, Products, projection_by_principal_stretches};
-use super::{Hyperelastic, Lame, MaterialError, Tangent, fill_upper, lane_by_lane};
-use crate::lanes::{Lane, Pack, lane_matrix, pack};
+use super::{Hyperelastic, Lame, MaterialError, Tangent, fill_upper, lane_by_lane, lane_gradients};
+use crate::lanes::{Lane, Pack, array_of, lane_matrix, matrix_of, pack};
 use crate::small::{cofactor, contract, determinant_minus_one, dot, map_gradients, times};
 use nalgebra::SMatrix;
 use serde::{Deserialize, Serialize};
@@ -113,7 +113,7 @@ impl Principal for NeoHookean {
     fn gradient<const D: usize, const L: usize>(&self, s: &[Pack<L>; D]) -> [Pack<L>; D] {
         let (mu, products) = (self.lame.mu(), Products::of(s));
         let pressure = (products.j - Pack::ONE) * self.lame.lambda() - Pack::splat(mu) / products.j;
-        std::array::from_fn(|i| s[i] * mu + pressure * products.first[i])
+        array_of(|i| s[i] * mu + pressure * products.first[i])
     }
 
     #[inline(always)]

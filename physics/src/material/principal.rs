@@ -8,13 +8,14 @@
 //! Sources: Smith, de Goes & Kim (2019), *Analytic eigensystems for isotropic distortion energies*, section 4; Irving, Teran
 //! & Fedkiw (2004), section 4.
 
-use super::Tangent;
+use super::{MAX_PAIRS, Tangent};
 use crate::lanes::{
-    LANES, Lane, Pack, PackMatrix, cofactor, determinant_by, lane_of, single, times, times_transpose, transpose_times,
-    unpack,
+    LANES, Lane, Pack, PackMatrix, any_not, array_of, cofactor, determinant_by, lane_of, single, times,
+    times_transpose, transpose_times, unpack,
 };
-use crate::svd::{PackSvd, signed_svd_pack};
+use crate::svd::{PackSvd, SMALLEST_PAIR, signed_svd_pack};
 use nalgebra::SMatrix;
+use pulp::{Arch, NullaryFnOnce};
 
 /// An isotropic law as a symmetric function of the signed singular values of `F`.
 pub(super) trait Principal {
@@ -44,9 +45,8 @@ impl<const D: usize, const L: usize> Curvature<D, L> {
 /// may turn freely against each other), and its derivative grows without bound on the way there: it stops here.
 #[inline(always)]
 pub(super) fn pair_sum<const L: usize>(a: Pack<L>, b: Pack<L>) -> Pack<L> {
-    const SMALLEST: f64 = 1e-6;
     let sum = a + b;
-    let bound = Pack::splat(SMALLEST);
+    let bound = Pack::splat(SMALLEST_PAIR);
     sum.where_less(bound, bound, sum)
 }
 
@@ -178,6 +178,7 @@ impl<const D: usize, const L: usize> PrincipalTangent<D, L> {
             }
         }
         balanced_stiffness::<D, L, N>(
+            #[inline(always)]
             |a, b| {
                 let mut k = [[Pack::ZERO; D]; D];
                 for i in 0..D {
@@ -235,7 +236,7 @@ pub(super) fn balanced_stiffness<const D: usize, const L: usize, const N: usize>
 #[inline(always)]
 fn semidefinite<const D: usize, const L: usize>(a: &PackMatrix<D, L>) -> PackMatrix<D, L> {
     let definite = is_definite(a);
-    if definite.iter().all(|&d| d) {
+    if !any_not(&definite) {
         return *a;
     }
     // Shifted by its norm the matrix is semidefinite, and its singular vectors are its eigenvectors.
@@ -251,7 +252,7 @@ fn semidefinite<const D: usize, const L: usize>(a: &PackMatrix<D, L>) -> PackMat
         shifted[i][i] += shift;
     }
     let svd = signed_svd_pack(&shifted);
-    let values = svd.sigma.map(|s| Pack::ZERO.max(s - shift));
+    let values = array_of(|i| Pack::ZERO.max(svd.sigma[i] - shift));
     let projected = compose(&PackSvd { u: svd.v, ..svd }, &values);
     let mut out = *a;
     for i in 0..D {
@@ -268,10 +269,14 @@ fn semidefinite<const D: usize, const L: usize>(a: &PackMatrix<D, L>) -> PackMat
 
 /// Whether each lane is positive definite, by its leading minors.
 #[inline(always)]
-fn is_definite<const D: usize, const L: usize>(a: &PackMatrix<D, L>) -> [bool; L] {
+pub(super) fn is_definite<const D: usize, const L: usize>(a: &PackMatrix<D, L>) -> [bool; L] {
     let minor = a[0][0] * a[1][1] - a[0][1] * a[1][0];
     let last = if D == 2 { minor } else { determinant_by(a, &cofactor(a)) };
-    std::array::from_fn(|l| a[0][0].0[l] > 0.0 && minor.0[l] > 0.0 && last.0[l] > 0.0)
+    let mut definite = [false; L];
+    for l in 0..L {
+        definite[l] = a[0][0].0[l] > 0.0 && minor.0[l] > 0.0 && last.0[l] > 0.0;
+    }
+    definite
 }
 
 /// `dP` at `F` in the direction `dF`.
@@ -289,12 +294,53 @@ pub(super) fn tangent<const D: usize>(law: &impl Principal, f: &SMatrix<f64, D, 
     Tangent::from_columns(|df| lane_of(&parts.apply(&single(df)), 0))
 }
 
+/// Blocks of an element stiffness, the first `N (N + 1) / 2` of them.
+pub(super) type Blocks<const D: usize, const L: usize> = [PackMatrix<D, L>; MAX_PAIRS];
+
+/// The blocks of a group by principal stretches. Out of line, like the singular values.
+#[inline(never)]
+pub(super) fn stiffness_blocks<const D: usize, const L: usize, const N: usize>(
+    law: &impl Principal,
+    f: &PackMatrix<D, L>,
+    gradients: &[[Pack<L>; D]; N],
+    weight: Pack<L>,
+    project: bool,
+) -> Blocks<D, L> {
+    let task = StiffnessBlocks { law, f, gradients, weight, project };
+    if L == 1 { task.call() } else { Arch::new().dispatch(task) }
+}
+
+struct StiffnessBlocks<'a, const D: usize, const L: usize, const N: usize, P> {
+    law: &'a P,
+    f: &'a PackMatrix<D, L>,
+    gradients: &'a [[Pack<L>; D]; N],
+    weight: Pack<L>,
+    project: bool,
+}
+
+impl<const D: usize, const L: usize, const N: usize, P: Principal> NullaryFnOnce for StiffnessBlocks<'_, D, L, N, P> {
+    type Output = Blocks<D, L>;
+    #[inline(always)]
+    fn call(self) -> Blocks<D, L> {
+        let mut blocks = [[[Pack::ZERO; D]; D]; MAX_PAIRS];
+        let tangent = PrincipalTangent::new(self.law, self.f, self.project);
+        tangent.element_stiffness(
+            self.gradients,
+            self.weight,
+            #[inline(always)]
+            |at, k| blocks[at] = k,
+        );
+        blocks
+    }
+}
+
 /// Where [`PrincipalTangent::element_stiffness`] puts the blocks of one element.
 #[inline(always)]
 pub(super) fn put_one<const D: usize, const N: usize>(
     upper: &mut [[[f64; D]; D]],
 ) -> impl FnMut(usize, PackMatrix<D, 1>) {
     assert_eq!(upper.len(), N * (N + 1) / 2, "one block for each pair a <= b");
+    #[inline(always)]
     |at, k| upper[at] = k.map(|row| row.map(|x| x.0[0]))
 }
 
@@ -304,6 +350,7 @@ pub(super) fn put_lanes<const D: usize, const N: usize>(
     upper: &mut [[[Lane; D]; D]],
 ) -> impl FnMut(usize, PackMatrix<D, LANES>) {
     assert_eq!(upper.len(), N * (N + 1) / 2, "one block for each pair a <= b");
+    #[inline(always)]
     |at, k| upper[at] = unpack(k)
 }
 
@@ -329,7 +376,13 @@ macro_rules! methods_by_packs {
             upper: &mut [[[f64; $d]; $d]],
         ) {
             let put = principal::put_one::<$d, N>(upper);
-            self.stiffness(&single(f), &gradients.map(|g| g.map(|x| Pack([x]))), Pack([weight]), false, put);
+            self.stiffness(
+                &single(f),
+                &matrix_of::<N, $d, 1>(|a, i| Pack([gradients[a][i]])),
+                Pack([weight]),
+                false,
+                put,
+            );
         }
 
         #[inline(always)]
@@ -352,7 +405,13 @@ macro_rules! methods_by_packs {
             upper: &mut [[[Lane; $d]; $d]],
         ) {
             let put = principal::put_lanes::<$d, N>(upper);
-            self.stiffness(&pack(f), &gradients.map(|g| g.map(Pack)), Pack(*weight), project, put);
+            self.stiffness(
+                &pack(f),
+                &matrix_of::<N, $d, { crate::lanes::LANES }>(|a, i| Pack(gradients[a][i])),
+                Pack(*weight),
+                project,
+                put,
+            );
         }
     };
 }
@@ -393,16 +452,21 @@ macro_rules! projection_by_principal_stretches {
             upper: &mut [[[Lane; $d]; $d]],
         ) {
             if !project {
-                return lane_by_lane(upper, |lane, blocks| {
-                    let g = gradients.map(|g| g.map(|x| x[lane]));
-                    self.element_stiffness(&lane_matrix(f, lane), &g, weight[lane], blocks);
-                });
+                return lane_by_lane(
+                    upper,
+                    #[inline(always)]
+                    |lane, blocks| {
+                        let g = lane_gradients(gradients, lane);
+                        self.element_stiffness(&lane_matrix(f, lane), &g, weight[lane], blocks);
+                    },
+                );
             }
-            principal::PrincipalTangent::new(self, &pack(f), true).element_stiffness(
-                &gradients.map(|g| g.map(Pack)),
-                Pack(*weight),
-                principal::put_lanes::<$d, N>(upper),
-            );
+            let g = matrix_of::<N, $d, { crate::lanes::LANES }>(|a, i| Pack(gradients[a][i]));
+            let blocks = principal::stiffness_blocks(self, &pack(f), &g, Pack(*weight), true);
+            let mut put = principal::put_lanes::<$d, N>(upper);
+            for at in 0..N * (N + 1) / 2 {
+                put(at, blocks[at]);
+            }
         }
     };
 }

@@ -91,6 +91,17 @@ impl Solid {
         })
     }
 
+    /// Whether [`PlaneStress`](super::PlaneStress) can wrap this law: the thickness stretch has a closed form.
+    ///
+    /// # Errors
+    /// [`MaterialError::NoPlaneStress`] names a law that has none.
+    pub fn check_plane_stress(&self) -> Result<(), MaterialError> {
+        match self {
+            Self::Linear(_) | Self::StVenantKirchhoff(_) | Self::NeoHookean(_) => Ok(()),
+            other => Err(MaterialError::NoPlaneStress { model: other.model() }),
+        }
+    }
+
     /// The name of the law, one of [`MODELS`](Self::MODELS).
     pub fn model(&self) -> &'static str {
         match self {

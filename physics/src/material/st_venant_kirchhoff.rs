@@ -1,8 +1,8 @@
 //! St. Venant-Kirchhoff: linear elasticity in the Green strain.
 
 use super::principal::{self, Curvature, Principal, projection_by_principal_stretches};
-use super::{Hyperelastic, Lame, MaterialError, Tangent, fill_upper, lane_by_lane};
-use crate::lanes::{Lane, Pack, lane_matrix, pack};
+use super::{Hyperelastic, Lame, MaterialError, Tangent, fill_upper, lane_by_lane, lane_gradients};
+use crate::lanes::{Lane, Pack, array_of, lane_matrix, matrix_of, pack};
 use crate::small::{determinant_minus_one, dot, map_gradients, times, transpose_times};
 use nalgebra::SMatrix;
 use serde::{Deserialize, Serialize};
@@ -110,7 +110,7 @@ impl Principal for StVenantKirchhoff {
     #[inline(always)]
     fn gradient<const D: usize, const L: usize>(&self, s: &[Pack<L>; D]) -> [Pack<L>; D] {
         let pressure = doubled_green_trace(s) * (0.5 * self.lame.lambda());
-        s.map(|s| s * ((s * s - Pack::ONE) * self.lame.mu() + pressure))
+        array_of(|i| s[i] * ((s[i] * s[i] - Pack::ONE) * self.lame.mu() + pressure))
     }
 
     #[inline(always)]

@@ -1,10 +1,12 @@
 //! A neo-Hookean solid that is defined under inversion.
 
+use super::contracted::{add_dyad, add_isotropic, add_volume_curvature, closed_or_principal, mapped};
 use super::corotated::finite_or_infinite;
-use super::principal::{self, Curvature, Principal, PrincipalTangent, Products, methods_by_packs};
+use super::principal::{self, Curvature, Principal, Products, methods_by_packs};
 use super::{Hyperelastic, Lame, MaterialError, Tangent};
 use crate::lanes::{
-    Lane, Pack, PackMatrix, cofactor, cofactor_differential, contract, determinant_by, lane_of, pack, single, unpack,
+    Lane, Pack, PackMatrix, array_of, cofactor, cofactor_differential, contract, determinant_by, lane_of, matrix_of,
+    pack, single, unpack,
 };
 use nalgebra::SMatrix;
 use serde::{Deserialize, Serialize};
@@ -93,6 +95,8 @@ impl StableNeoHookean {
         p
     }
 
+    /// `K_ab = weight (a (g_a.g_b) I + 2 m/(I + 1)^2 f_a f_b^T + l c_a c_b^T + u J''_ab)` with `f = F g`, `c = cof(F) g`,
+    /// see [`add_volume_curvature`].
     #[inline(always)]
     fn stiffness<const D: usize, const N: usize, const L: usize>(
         &self,
@@ -102,7 +106,29 @@ impl StableNeoHookean {
         project: bool,
         put: impl FnMut(usize, PackMatrix<D, L>),
     ) {
-        PrincipalTangent::new(self, f, project).element_stiffness(g, weight, put);
+        let cof = cofactor(f);
+        let [shear, pressure, ratio] = self.invariants(contract(f, f), determinant_by(f, &cof), D);
+        let (fg, cg) = (mapped(f, g), mapped(&cof, g));
+        let growth = weight * (ratio * ratio * (2.0 * self.shear()));
+        let (shear, pressure, volume) = (weight * shear, weight * pressure, weight * self.volume());
+        closed_or_principal(
+            self,
+            f,
+            g,
+            weight,
+            project,
+            &[!project; L],
+            #[inline(always)]
+            |a, b| {
+                let mut k = [[Pack::ZERO; D]; D];
+                add_isotropic(&mut k, shear, &g[a], &g[b]);
+                add_dyad(&mut k, growth, &fg[a], &fg[b]);
+                add_dyad(&mut k, volume, &cg[a], &cg[b]);
+                add_volume_curvature(&mut k, pressure, f, &g[a], &g[b]);
+                k
+            },
+            put,
+        );
     }
 }
 
@@ -111,7 +137,7 @@ impl Principal for StableNeoHookean {
     fn gradient<const D: usize, const L: usize>(&self, s: &[Pack<L>; D]) -> [Pack<L>; D] {
         let products = Products::of(s);
         let [shear, pressure, _] = self.invariants(sum_of_squares(s), products.j, D);
-        std::array::from_fn(|i| shear * s[i] + pressure * products.first[i])
+        array_of(|i| shear * s[i] + pressure * products.first[i])
     }
 
     #[inline(always)]
