@@ -80,6 +80,19 @@ fn uniaxial_stress(law: &Gent, s: f64) -> f64 {
     law.first_piola_kirchhoff(&at(b))[(0, 0)]
 }
 
+/// What leaves a vertex free along the axes that are not held.
+fn hold(held: [bool; 3]) -> Constraint<3> {
+    let axis = |wanted: bool| {
+        std::array::from_fn(|k| if k == held.iter().position(|&h| h == wanted).unwrap_or(3) { 1.0 } else { 0.0 })
+    };
+    match held.iter().filter(|&&h| h).count() {
+        0 => Constraint::Free,
+        1 => Constraint::Plane(axis(true)),
+        2 => Constraint::Line(axis(false)),
+        _ => Constraint::Fixed,
+    }
+}
+
 /// The stress of the bar at the stretch `s`, and that of the point, Pa.
 pub fn stresses(s: f64) -> Result<(f64, f64), Box<dyn Error>> {
     let law = Gent { mu: 12e3, lambda: 100e3, limit: 2.0 };
@@ -104,4 +117,17 @@ pub fn stresses(s: f64) -> Result<(f64, f64), Box<dyn Error>> {
     let cell = mesh.cells().next().ok_or("the mesh is empty")?;
     let stress: SMatrix<f64, 3, 3> = body.stress(cell, &u).ok_or("the cell has no element")?;
     Ok((stress[(0, 0)], uniaxial_stress(&law, s)))
+}
+
+#[allow(dead_code)] // unused where a test includes this file
+fn main() -> Result<(), Box<dyn Error>> {
+    println!("stretch  bar (Pa)      point (Pa)");
+    for s in [0.8, 1.2, 1.5] {
+        let (bar, point) = stresses(s)?;
+        println!("{s:7} {bar:12.4} {point:12.4}");
+        if (bar - point).abs() > 1e-6 * point.abs() {
+            return Err(format!("the stress of the bar, {bar} Pa, is not that of the point, {point} Pa").into());
+        }
+    }
+    Ok(())
 }
