@@ -1,6 +1,6 @@
 //! Numbers side by side: element kernels work on [`LANES`] elements at a time.
 //!
-//! A kernel is written once for [`Pack`], a short array of numbers with the arithmetic of one, and compiled for one
+//! A kernel is written once for `Pack`, a short array of numbers with the arithmetic of one, and compiled for one
 //! lane (the scalar form) and for [`LANES`]. Lanes never mix and no product is fused with a sum, so that both give the
 //! same bits.
 

@@ -1,7 +1,7 @@
 //! Second derivatives of `J` and of the polar rotation, contracted with shape gradients: parts of element stiffnesses that
 //! need no singular values.
 
-use super::principal::{self, Principal, balanced_stiffness, is_definite};
+use super::principal::{Elements, Principal, balanced_stiffness, is_definite};
 use crate::lanes::{Pack, PackMatrix, any_not, cofactor, determinant_by, matrix_of, times_transpose};
 
 /// `M g` for the gradients of vertices `1..N`.
@@ -179,11 +179,7 @@ fn turned<const D: usize, const L: usize>(x: &[Pack<L>; D]) -> [Pack<L>; D] {
 /// Which of both a lane takes depends on that lane alone.
 #[inline(always)]
 pub(super) fn closed_or_principal<const D: usize, const L: usize, const N: usize>(
-    law: &impl Principal,
-    f: &PackMatrix<D, L>,
-    g: &[[Pack<L>; D]; N],
-    weight: Pack<L>,
-    project: bool,
+    elements: Elements<'_, D, L, N, impl Principal>,
     trusted: &[bool; L],
     block: impl FnMut(usize, usize) -> PackMatrix<D, L>,
     mut put: impl FnMut(usize, PackMatrix<D, L>),
@@ -198,7 +194,7 @@ pub(super) fn closed_or_principal<const D: usize, const L: usize, const N: usize
         );
     }
     if any_not(trusted) {
-        let slow = principal::stiffness_blocks(law, f, g, weight, project);
+        let slow = elements.blocks();
         for at in 0..pairs {
             for i in 0..D {
                 for j in 0..D {

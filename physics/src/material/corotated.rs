@@ -1,7 +1,7 @@
 //! Linear elasticity in a frame that turns with the element.
 
 use super::contracted::{RotationGradient, add_dyad, add_isotropic, closed_or_principal, mapped};
-use super::principal::{self, Curvature, Principal, balanced_stiffness, methods_by_packs, pair_sum};
+use super::principal::{self, Curvature, Elements, Principal, balanced_stiffness, methods_by_packs, pair_sum};
 use super::{Hyperelastic, Lame, MaterialError, Tangent};
 use crate::lanes::{
     Lane, Pack, PackMatrix, array_of, lane_of, matrix_of, pack, single, times, transpose_times, unpack,
@@ -149,11 +149,7 @@ impl Corotated {
         let (two_mu, lambda) = (weight * (2.0 * self.lame.mu()), weight * self.lame.lambda());
         let pressure = weight * pressure;
         closed_or_principal(
-            self,
-            f,
-            g,
-            weight,
-            project,
+            Elements { law: self, f, gradients: g, weight, project },
             &regular,
             #[inline(always)]
             |a, b| {

@@ -3,7 +3,7 @@
 use super::contracted::{RotationGradient, add_dyad, add_isotropic, add_volume_curvature, closed_or_principal, mapped};
 use super::corotated::{distance_squared, finite_or_infinite};
 use super::principal::{
-    self, Curvature, Principal, Products, differentials_by_principal_stretches, methods_by_packs, pair_sum,
+    self, Curvature, Elements, Principal, Products, differentials_by_principal_stretches, methods_by_packs, pair_sum,
 };
 use super::{Hyperelastic, Lame, MaterialError, Tangent};
 use crate::lanes::{
@@ -99,11 +99,7 @@ impl FixedCorotated {
         let (two_mu, lambda) = (weight * (2.0 * self.lame.mu()), weight * self.lame.lambda());
         let pressure = lambda * (determinant_by(f, &cof) - Pack::ONE);
         closed_or_principal(
-            self,
-            f,
-            g,
-            weight,
-            project,
+            Elements { law: self, f, gradients: g, weight, project },
             &if project { [false; L] } else { regular },
             #[inline(always)]
             |a, b| {

@@ -276,7 +276,7 @@ macro_rules! hyperelastic {
                 project: bool,
                 mut put: impl FnMut(usize, PackMatrix<D, L>),
             ) {
-                let blocks = principal::stiffness_blocks(self, f, g, weight, project);
+                let blocks = principal::Elements { law: self, f, gradients: g, weight, project }.blocks();
                 for at in 0..N * (N + 1) / 2 {
                     put(at, blocks[at]);
                 }

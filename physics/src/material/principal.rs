@@ -297,28 +297,24 @@ pub(super) fn tangent<const D: usize>(law: &impl Principal, f: &SMatrix<f64, D, 
 /// Blocks of an element stiffness, the first `N (N + 1) / 2` of them.
 pub(super) type Blocks<const D: usize, const L: usize> = [PackMatrix<D, L>; MAX_PAIRS];
 
-/// The blocks of a group by principal stretches. Out of line, like the singular values.
-#[inline(never)]
-pub(super) fn stiffness_blocks<const D: usize, const L: usize, const N: usize>(
-    law: &impl Principal,
-    f: &PackMatrix<D, L>,
-    gradients: &[[Pack<L>; D]; N],
-    weight: Pack<L>,
-    project: bool,
-) -> Blocks<D, L> {
-    let task = StiffnessBlocks { law, f, gradients, weight, project };
-    if L == 1 { task.call() } else { Arch::new().dispatch(task) }
+/// Elements whose stiffness is wanted.
+pub(super) struct Elements<'a, const D: usize, const L: usize, const N: usize, P> {
+    pub law: &'a P,
+    pub f: &'a PackMatrix<D, L>,
+    pub gradients: &'a [[Pack<L>; D]; N],
+    pub weight: Pack<L>,
+    pub project: bool,
 }
 
-struct StiffnessBlocks<'a, const D: usize, const L: usize, const N: usize, P> {
-    law: &'a P,
-    f: &'a PackMatrix<D, L>,
-    gradients: &'a [[Pack<L>; D]; N],
-    weight: Pack<L>,
-    project: bool,
+impl<const D: usize, const L: usize, const N: usize, P: Principal> Elements<'_, D, L, N, P> {
+    /// The blocks by principal stretches. Out of line, like the singular values.
+    #[inline(never)]
+    pub fn blocks(self) -> Blocks<D, L> {
+        if L == 1 { self.call() } else { Arch::new().dispatch(self) }
+    }
 }
 
-impl<const D: usize, const L: usize, const N: usize, P: Principal> NullaryFnOnce for StiffnessBlocks<'_, D, L, N, P> {
+impl<const D: usize, const L: usize, const N: usize, P: Principal> NullaryFnOnce for Elements<'_, D, L, N, P> {
     type Output = Blocks<D, L>;
     #[inline(always)]
     fn call(self) -> Blocks<D, L> {
@@ -462,7 +458,9 @@ macro_rules! projection_by_principal_stretches {
                 );
             }
             let g = matrix_of::<N, $d, { crate::lanes::LANES }>(|a, i| Pack(gradients[a][i]));
-            let blocks = principal::stiffness_blocks(self, &pack(f), &g, Pack(*weight), true);
+            let blocks =
+                principal::Elements { law: self, f: &pack(f), gradients: &g, weight: Pack(*weight), project: true }
+                    .blocks();
             let mut put = principal::put_lanes::<$d, N>(upper);
             for at in 0..N * (N + 1) / 2 {
                 put(at, blocks[at]);

@@ -2,7 +2,7 @@
 
 use super::contracted::{add_dyad, add_isotropic, add_volume_curvature, closed_or_principal, mapped};
 use super::corotated::finite_or_infinite;
-use super::principal::{self, Curvature, Principal, Products, methods_by_packs};
+use super::principal::{self, Curvature, Elements, Principal, Products, methods_by_packs};
 use super::{Hyperelastic, Lame, MaterialError, Tangent};
 use crate::lanes::{
     Lane, Pack, PackMatrix, array_of, cofactor, cofactor_differential, contract, determinant_by, lane_of, matrix_of,
@@ -112,11 +112,7 @@ impl StableNeoHookean {
         let growth = weight * (ratio * ratio * (2.0 * self.shear()));
         let (shear, pressure, volume) = (weight * shear, weight * pressure, weight * self.volume());
         closed_or_principal(
-            self,
-            f,
-            g,
-            weight,
-            project,
+            Elements { law: self, f, gradients: g, weight, project },
             &[!project; L],
             #[inline(always)]
             |a, b| {
