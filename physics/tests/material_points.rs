@@ -4,7 +4,7 @@
 //! its last digit).
 
 use nalgebra::{Matrix3, Vector3};
-use stylet_physics::material::{Hyperelastic, Linear, NeoHookean, StVenantKirchhoff};
+use stylet_physics::material::{Corotated, FixedCorotated, Hyperelastic, Linear, NeoHookean, StVenantKirchhoff};
 
 const YOUNG: f64 = 34e3;
 
@@ -175,4 +175,82 @@ fn equibiaxial_st_venant_kirchhoff_runs_out_of_thickness() {
     for b in [1.0, 0.5, 0.1, 1e-3, 1e-6] {
         assert!(material.first_piola_kirchhoff(&equibiaxial(1.5)(b))[(2, 2)] > 0.0);
     }
+}
+
+#[test]
+fn uniaxial_corotated_for_any_poisson_ratio() {
+    for nu in [0.0, 0.3, 0.34, 0.45, 0.49] {
+        let material = Corotated::from_young_poisson(YOUNG, nu).unwrap();
+        for (s, stress, b) in
+            [(0.7, -10200.0, 1.0 + 0.3 * nu), (1.2, 6800.0, 1.0 - 0.2 * nu), (1.5, 17000.0, 1.0 - 0.5 * nu)]
+        {
+            let found = free_stretch(&material, uniaxial(s), 1.0);
+            check_exact("stretch", found, b);
+            check_exact("stress", material.first_piola_kirchhoff(&uniaxial(s)(found))[(0, 0)], stress);
+        }
+    }
+}
+
+#[test]
+fn stretches_of_the_fixed_corotated_law() {
+    let uniaxial_table = [
+        (0.34, 0.7, -12109.5, 1.11162),
+        (0.34, 1.2, 6327.67, 0.936736),
+        (0.34, 1.5, 14748.9, 0.857883),
+        (0.45, 0.7, -13592.7, 1.16767),
+        (0.45, 1.2, 6124.95, 0.920174),
+        (0.45, 1.5, 13941.3, 0.828888),
+        (0.49, 0.7, -14200.8, 1.18966),
+        (0.49, 1.2, 6053.35, 0.914325),
+        (0.49, 1.5, 13665.0, 0.818949),
+    ];
+    for (nu, s, stress, stretch) in uniaxial_table {
+        let material = FixedCorotated::from_young_poisson(YOUNG, nu).unwrap();
+        let (mu, lambda) = (material.lame().mu(), material.lame().lambda());
+        let b = free_stretch(&material, uniaxial(s), 1.0);
+        let p = material.first_piola_kirchhoff(&uniaxial(s)(b))[(0, 0)];
+        // Free sides: 2 mu (b - 1) + lambda (J - 1) s b = 0; it gives the axial stress without lambda.
+        assert!((2.0 * mu * (b - 1.0) + lambda * (s * b * b - 1.0) * s * b).abs() < 1e-10 * YOUNG);
+        check_exact("stress", p, 2.0 * mu * (s - 1.0) - 2.0 * mu * (b - 1.0) * b / s);
+        check_table("stress", p, stress, 6);
+        check_table("stretch", b, stretch, 6);
+    }
+    let material = FixedCorotated::from_young_poisson(YOUNG, 0.45).unwrap();
+    for (s, stress, stretch) in [(0.7, -34928.1, 1.54053), (1.2, 8594.08, 0.724020), (1.5, 15616.0, 0.467806)] {
+        let b = free_stretch(&material, equibiaxial(s), 1.0);
+        let p = material.first_piola_kirchhoff(&equibiaxial(s)(b))[(0, 0)];
+        let mu = material.lame().mu();
+        check_exact("stress", p, 2.0 * mu * (s - 1.0) - 2.0 * mu * (b - 1.0) * b / s);
+        check_table("stress", p, stress, 6);
+        check_table("stretch", b, stretch, 6);
+    }
+}
+
+#[test]
+fn equibiaxial_corotated() {
+    let material = Corotated::from_young_poisson(YOUNG, 0.45).unwrap();
+    for (s, stress, stretch) in [(0.7, -18545.5, 1.49091), (1.2, 12363.6, 0.672727), (1.5, 30909.1, 0.181818)] {
+        let b = free_stretch(&material, equibiaxial(s), 1.0);
+        let p = material.first_piola_kirchhoff(&equibiaxial(s)(b))[(0, 0)];
+        check_exact("stress", p, YOUNG * (s - 1.0) / 0.55);
+        check_exact("stretch", b, 1.0 - 2.0 * 0.45 / 0.55 * (s - 1.0));
+        check_table("stress", p, stress, 6);
+        check_table("stretch", b, stretch, 6);
+    }
+}
+
+#[test]
+fn simple_shear_of_the_corotated_laws() {
+    let f = Matrix3::identity() + Matrix3::new(0.0, 0.6, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+    let p = Corotated::from_young_poisson(YOUNG, 0.45).unwrap().first_piola_kirchhoff(&f);
+    check_table("P12", p[(0, 1)], 10001.2, 6);
+    check_table("P21", p[(1, 0)], 4067.78, 6);
+    check_table("P11", p[(0, 0)], 9889.01, 6);
+    let p = FixedCorotated::from_young_poisson(YOUNG, 0.45).unwrap().first_piola_kirchhoff(&f);
+    check_table("P12", p[(0, 1)], 7331.15, 6);
+    check_table("P21", p[(1, 0)], 6737.81, 6);
+    check_table("P11", p[(0, 0)], 988.901, 6);
+    // A shear of the wrong sign: a property of the law near incompressibility.
+    let p = Corotated::from_young_poisson(YOUNG, 0.49).unwrap().first_piola_kirchhoff(&f);
+    check_table("P21", p[(1, 0)], -7589.66, 6);
 }

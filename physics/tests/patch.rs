@@ -5,7 +5,9 @@ mod support;
 use nalgebra::{Matrix2, Matrix3, Rotation3, SMatrix, SVector, Vector3};
 use stylet_mesh::SimplexMesh;
 use stylet_physics::body::Body;
-use stylet_physics::material::{Hyperelastic, Linear, NeoHookean, PlaneStress, StVenantKirchhoff};
+use stylet_physics::material::{
+    Corotated, FixedCorotated, Hyperelastic, Linear, NeoHookean, PlaneStress, StVenantKirchhoff, StableNeoHookean,
+};
 use support::{YOUNG, clamped, distorted_box, random_vector, solve};
 
 const SIDE: f64 = 0.1;
@@ -77,6 +79,13 @@ fn b1_affine_displacement_in_space() {
     close(p[(0, 1)], 490.0543, 5e-5);
     close(p[(1, 0)], 417.3104, 5e-5);
     close(w, 290.5419, 5e-5);
+    let (p, w) = patch(&mesh, Corotated::from_young_poisson(YOUNG, 0.45).unwrap(), &b1(), &rest);
+    close(p[(0, 0)], 7509.556, 5e-4);
+    close(p[(0, 1)], 385.3625, 5e-5);
+    close(p[(1, 0)], 318.2812, 5e-5);
+    close(w, 266.6771, 5e-5);
+    let (_, w) = patch(&mesh, FixedCorotated::from_young_poisson(YOUNG, 0.45).unwrap(), &b1(), &rest);
+    close(w, 257.0397, 5e-5);
 }
 
 /// The same after a rigid rotation: stress `R P`, the same energy; and nothing under the rotation alone.
@@ -101,6 +110,9 @@ fn rotated<M: Hyperelastic<3>>(material: M) {
 fn b2_rotated_patch() {
     rotated(NeoHookean::from_young_poisson(YOUNG, 0.45).unwrap());
     rotated(StVenantKirchhoff::from_young_poisson(YOUNG, 0.45).unwrap());
+    rotated(Corotated::from_young_poisson(YOUNG, 0.45).unwrap());
+    rotated(FixedCorotated::from_young_poisson(YOUNG, 0.45).unwrap());
+    rotated(StableNeoHookean::from_young_poisson(YOUNG, 0.45).unwrap());
 }
 
 #[test]

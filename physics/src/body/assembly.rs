@@ -1,9 +1,10 @@
 //! The stiffness matrix: row `i` is the sum over the star of vertex `i`, in ascending order of cells.
 
-use super::element::{Element, ElementTable, LANES};
-use super::kernel::{deformation_gradients, lane_matrix};
+use super::element::{Element, ElementTable};
+use super::kernel::deformation_gradients;
 use super::star::{Corner, Stars};
 use super::{Body, BodyError, CROSSOVER_ELEMENTS, Linearization};
+use crate::lanes::{LANES, lane_matrix};
 use crate::material::Hyperelastic;
 use nalgebra::SMatrix;
 use stylet_solver::Block;

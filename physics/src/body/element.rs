@@ -1,15 +1,10 @@
 //! The table of P1 elements: compact groups of [`LANES`] elements, filled and freed slot by slot.
 
 use super::BodyError;
+use crate::lanes::{LANES, Lane};
 use crate::small::{cofactor, determinant};
 use nalgebra::SMatrix;
 use stylet_mesh::{CellId, SimplexMesh};
-
-/// Elements that are computed side by side: the width of the vector units that the kernels are compiled for.
-pub(super) const LANES: usize = 4;
-
-/// One number per element of a group.
-pub(super) type Lane = [f64; LANES];
 
 /// No element.
 const NONE: u32 = u32::MAX;

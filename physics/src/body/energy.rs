@@ -1,9 +1,10 @@
 //! A body as an energy to be minimised.
 
-use super::element::{Group, LANES, Lane};
+use super::element::Group;
 use super::kernel::element_forces;
 use super::star::Stars;
 use super::{Body, CROSSOVER_ELEMENTS};
+use crate::lanes::{LANES, Lane};
 use crate::material::Hyperelastic;
 use pulp::Arch;
 use stylet_solver::LinearOperator;

@@ -1,8 +1,8 @@
 //! How far a step may go before an element loses its volume.
 
 use super::Body;
-use super::element::{LANES, Lane};
-use super::kernel::{deformation_gradients, gradient_differentials, lane_matrix};
+use super::kernel::{deformation_gradients, gradient_differentials};
+use crate::lanes::{LANES, Lane, lane_matrix};
 use crate::material::Hyperelastic;
 use crate::small::{cofactor, contract, determinant};
 use nalgebra::SMatrix;

@@ -21,9 +21,10 @@ mod star;
 pub use load::{LoadError, boundary_traction, segment_load};
 pub use loaded::Loaded;
 
+use crate::lanes::{LANES, Lane};
 use crate::material::Hyperelastic;
 use crate::small::determinant;
-use element::{Element, ElementTable, LANES, Lane};
+use element::{Element, ElementTable};
 use nalgebra::SMatrix;
 use serde::{Deserialize, Serialize};
 use star::{Corner, Stars};

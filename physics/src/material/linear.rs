@@ -1,6 +1,6 @@
 //! Small-strain linear elasticity.
 
-use super::{Hyperelastic, Lame, MaterialError, fill_upper};
+use super::{Hyperelastic, Lame, MaterialError, Tangent, fill_upper};
 use crate::small::dot;
 use nalgebra::SMatrix;
 use serde::{Deserialize, Serialize};
@@ -60,6 +60,11 @@ impl<const D: usize> Hyperelastic<D> for Linear {
             p[(i, i)] += pressure;
         }
         p
+    }
+
+    /// The tangent itself: the constants are stable, so it has no negative eigenvalue.
+    fn projected_tangent(&self, f: &SMatrix<f64, D, D>) -> Tangent<D> {
+        self.tangent(f)
     }
 
     /// `K_ab = weight (mu (g_a.g_b) I + mu g_b g_a^T + lambda g_a g_b^T)`.

@@ -5,23 +5,44 @@
 //! | [`Linear`] | `mu \|e\|^2 + lambda/2 tr(e)^2`, `e = sym(F - I)` | every `F` | constant |
 //! | [`StVenantKirchhoff`] | `mu \|G\|^2 + lambda/2 tr(G)^2`, `G = (F^T F - I)/2` | `J > 0` | varies |
 //! | [`NeoHookean`] | `mu/2 (tr F^T F - D) - mu ln J + lambda/2 (J - 1)^2` | `J > 0` | varies |
+//! | [`Corotated`] | `mu \|F - R\|^2 + lambda/2 tr(R^T F - I)^2`, `R` the polar rotation | every `F` | varies |
+//! | [`FixedCorotated`] | `mu \|F - R\|^2 + lambda/2 (J - 1)^2` | every `F` | varies |
+//! | [`StableNeoHookean`] | of Smith, de Goes & Kim (2018) | every `F` | varies |
+//! | [`Invertible`] | St. Venant-Kirchhoff or neo-Hookean, continued below a stretch | every `F` | varies |
+//!
+//! [`Solid`] is any of them, chosen at run time. [`Viscosity`] adds a damping stress.
 //!
 //! In two dimensions each is plane strain (`F33 = 1`, per unit of thickness); [`PlaneStress`] solves `S33 = 0` instead.
 
+mod contracted;
+mod corotated;
+mod fixed_corotated;
+mod invertible;
 mod lame;
 mod linear;
 mod neo_hookean;
 mod plane_stress;
+mod principal;
+mod solid;
 mod st_venant_kirchhoff;
+mod stable_neo_hookean;
 mod tangent;
+mod viscosity;
 
+pub use corotated::{Corotated, RotationTangent};
+pub use fixed_corotated::FixedCorotated;
+pub use invertible::{Continued, Invertible};
 pub use lame::{Lame, MaterialError};
 pub use linear::Linear;
 pub use neo_hookean::NeoHookean;
 pub use plane_stress::PlaneStress;
+pub use solid::Solid;
 pub use st_venant_kirchhoff::StVenantKirchhoff;
+pub use stable_neo_hookean::StableNeoHookean;
 pub use tangent::Tangent;
+pub use viscosity::Viscosity;
 
+use crate::lanes::{LANES, Lane, lane_matrix};
 use nalgebra::SMatrix;
 
 /// A hyperelastic solid in `D` dimensions. `f` is the deformation gradient `dx/dX`, dimensionless.
@@ -65,6 +86,110 @@ pub trait Hyperelastic<const D: usize>: Clone + Send + Sync {
         upper: &mut [[[f64; D]; D]],
     ) {
         self.tangent(f).element_stiffness(gradients, weight, upper);
+    }
+
+    /// Whether this value of the type refuses `J <= 0`; the constant answers for every value, unless the type holds one
+    /// of several laws.
+    fn requires_positive_j(&self) -> bool {
+        Self::REQUIRES_POSITIVE_J
+    }
+
+    /// The nearest positive semidefinite tangent, Pa: negative eigenvalues become zero.
+    ///
+    /// By default numerically ([`Tangent::projected`]); the nonlinear solids of this crate know their eigensystem.
+    fn projected_tangent(&self, f: &SMatrix<f64, D, D>) -> Tangent<D> {
+        self.tangent(f).projected()
+    }
+
+    /// The strain energy densities of a group of elements, J/m^3: the bits of [`energy_density`](Self::energy_density).
+    #[inline(always)]
+    fn energy_lanes(&self, f: &[[Lane; D]; D]) -> Lane {
+        let mut energy = [0.0; LANES];
+        for lane in 0..LANES {
+            energy[lane] = self.energy_density(&lane_matrix(f, lane));
+        }
+        energy
+    }
+
+    /// The stresses of a group of elements, Pa: the bits of [`first_piola_kirchhoff`](Self::first_piola_kirchhoff).
+    ///
+    /// By default lane by lane.
+    #[inline(always)]
+    fn stress_lanes(&self, f: &[[Lane; D]; D]) -> [[Lane; D]; D] {
+        let mut stress = [[[0.0; LANES]; D]; D];
+        for lane in 0..LANES {
+            let p = self.first_piola_kirchhoff(&lane_matrix(f, lane));
+            for i in 0..D {
+                for k in 0..D {
+                    stress[i][k][lane] = p[(i, k)];
+                }
+            }
+        }
+        stress
+    }
+
+    /// Stiffnesses of a group of elements, of the projected tangent if `project`: the bits of
+    /// [`element_stiffness`](Self::element_stiffness), or of that of the [`projected_tangent`](Self::projected_tangent).
+    ///
+    /// By default lane by lane.
+    ///
+    /// # Panics
+    /// If `upper` does not hold `N (N + 1) / 2` blocks.
+    #[inline(always)]
+    fn element_stiffness_lanes<const N: usize>(
+        &self,
+        f: &[[Lane; D]; D],
+        gradients: &[[Lane; D]; N],
+        weight: &Lane,
+        project: bool,
+        upper: &mut [[[Lane; D]; D]],
+    ) {
+        assert_eq!(upper.len(), N * (N + 1) / 2, "one block for each pair a <= b");
+        lane_by_lane(
+            upper,
+            #[inline(always)]
+            |lane, blocks| {
+                let f = lane_matrix(f, lane);
+                let g = lane_gradients(gradients, lane);
+                if project {
+                    self.projected_tangent(&f).element_stiffness(&g, weight[lane], blocks);
+                } else {
+                    self.element_stiffness(&f, &g, weight[lane], blocks);
+                }
+            },
+        );
+    }
+}
+
+/// Pairs of vertices of a tetrahedron.
+const MAX_PAIRS: usize = 10;
+
+/// The gradients of one lane.
+#[inline(always)]
+fn lane_gradients<const D: usize, const N: usize>(gradients: &[[Lane; D]; N], lane: usize) -> [[f64; D]; N] {
+    let mut g = [[0.0; D]; N];
+    for a in 0..N {
+        for i in 0..D {
+            g[a][i] = gradients[a][i][lane];
+        }
+    }
+    g
+}
+
+/// Fills the blocks of a group from a function that fills those of one lane.
+#[inline(always)]
+fn lane_by_lane<const D: usize>(upper: &mut [[[Lane; D]; D]], mut fill: impl FnMut(usize, &mut [[[f64; D]; D]])) {
+    let mut blocks = [[[0.0; D]; D]; MAX_PAIRS];
+    let blocks = &mut blocks[..upper.len()];
+    for lane in 0..LANES {
+        fill(lane, blocks);
+        for (block, out) in blocks.iter().zip(upper.iter_mut()) {
+            for i in 0..D {
+                for k in 0..D {
+                    out[i][k][lane] = block[i][k];
+                }
+            }
+        }
     }
 }
 
