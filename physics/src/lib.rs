@@ -30,5 +30,6 @@
 pub mod body;
 pub mod friction;
 pub mod material;
+mod parallel;
 mod small;
 pub mod statics;

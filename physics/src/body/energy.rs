@@ -1,9 +1,9 @@
 //! A body as an energy to be minimised.
 
+use super::Body;
 use super::element::{Group, LANES, Lane};
 use super::kernel::element_forces;
 use super::star::Stars;
-use super::{Body, CROSSOVER_ELEMENTS};
 use crate::material::Hyperelastic;
 use pulp::Arch;
 use stylet_solver::LinearOperator;
@@ -27,7 +27,8 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
         let mut count = 0;
         for (_, slot) in self.elements.live() {
             let element = self.elements.element(slot);
-            partial += element.weight * self.material.energy_density(&element.deformation_gradient(u));
+            let material = &self.materials[element.material as usize];
+            partial += element.weight * material.energy_density(&element.deformation_gradient(u));
             count += 1;
             if count % CHUNK == 0 {
                 total += std::mem::take(&mut partial);
@@ -46,8 +47,8 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
         if M::IS_LINEAR {
             return self.stiffness.apply(u, force);
         }
-        let threads = if self.elements.n_slots() < CROSSOVER_ELEMENTS { 1 } else { self.threads };
-        forces_of_groups(&self.material, &self.elements.groups, u, &mut self.forces, threads);
+        let threads = self.threads_worth();
+        forces_of_groups(&self.materials, &self.elements.groups, u, &mut self.forces, threads);
         let buffer = self.forces.as_flattened().as_flattened().as_flattened();
         gather(&self.stars, 0, buffer, force.as_chunks_mut::<D>().0, threads);
     }
@@ -60,7 +61,7 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
 
 /// Element forces, spread over threads: groups share nothing.
 fn forces_of_groups<const D: usize, const N: usize, M: Hyperelastic<D>>(
-    material: &M,
+    materials: &[M],
     groups: &[Group<D, N>],
     u: &[f64],
     out: &mut [[[Lane; D]; N]],
@@ -71,26 +72,20 @@ fn forces_of_groups<const D: usize, const N: usize, M: Hyperelastic<D>>(
         let cut = groups.len() * (threads / 2) / threads;
         let ((left, right), (left_out, right_out)) = (groups.split_at(cut), out.split_at_mut(cut));
         rayon::join(
-            || forces_of_groups(material, left, u, left_out, threads / 2),
-            || forces_of_groups(material, right, u, right_out, threads - threads / 2),
+            || forces_of_groups(materials, left, u, left_out, threads / 2),
+            || forces_of_groups(materials, right, u, right_out, threads - threads / 2),
         );
         return;
     }
     let _ = threads;
     Arch::new().dispatch(
         #[inline(always)]
-        || element_forces(material, groups, u, out),
+        || element_forces(materials, groups, u, out),
     );
 }
 
 /// Sums the forces of each star, vertices from `first` on, spread over threads.
-fn gather<const D: usize, const N: usize>(
-    stars: &Stars<N>,
-    first: usize,
-    forces: &[f64],
-    out: &mut [[f64; D]],
-    threads: usize,
-) {
+fn gather<const D: usize>(stars: &Stars, first: usize, forces: &[f64], out: &mut [[f64; D]], threads: usize) {
     #[cfg(feature = "rayon")]
     if threads > 1 && out.len() > 1 {
         let cut = out.len() * (threads / 2) / threads;

@@ -71,12 +71,13 @@ pub(super) fn lane_matrix<const D: usize>(f: &[[Lane; D]; D], lane: usize) -> SM
 /// Elastic forces `dW/du_a = weight P grad_a` on the corners of each group, N: `N D` lanes per group.
 #[inline(always)]
 pub(super) fn element_forces<const D: usize, const N: usize, M: Hyperelastic<D>>(
-    material: &M,
+    materials: &[M],
     groups: &[Group<D, N>],
     u: &[f64],
     forces: &mut [[[Lane; D]; N]],
 ) {
     for (group, out) in groups.iter().zip(forces) {
+        let material = &materials[group.material as usize];
         let f = deformation_gradients(group, u);
         let mut stress = [[[0.0; LANES]; D]; D];
         for lane in 0..LANES {
