@@ -29,6 +29,7 @@
 
 pub mod body;
 pub mod friction;
+pub mod lanes;
 pub mod material;
 mod parallel;
 mod small;

@@ -1,12 +1,13 @@
 //! The stiffness matrix: row `i` is the sum over the star of vertex `i`, in ascending order of cells.
 
-use super::element::{Element, ElementTable, Group, LANES, Lane};
-use super::kernel::{deformation_gradients, lane_matrix};
+use super::element::{Element, ElementTable, Group};
+use super::kernel::deformation_gradients;
 use super::lazy::{LazyRule, Moduli};
 use super::partition::{Part, Parts};
 use super::star::Stars;
 use super::stored::{Stored, pack, unpack};
 use super::{Body, BodyError, Linearization};
+use crate::lanes::{LANES, Lane, lane_matrix};
 use crate::material::Hyperelastic;
 use crate::parallel;
 use nalgebra::SMatrix;
@@ -374,7 +375,7 @@ fn evaluate<const D: usize, const N: usize, M: Hyperelastic<D>>(
     upper: &mut [Block<D>],
 ) {
     if project {
-        material.tangent(f).projected().element_stiffness(gradients, weight, upper);
+        material.projected_tangent(f).element_stiffness(gradients, weight, upper);
     } else {
         material.element_stiffness(f, gradients, weight, upper);
     }
@@ -415,7 +416,7 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Pass<'_, D, N, M> {
     fn sum(&self, index: u16, part: &mut Part<D>) {
         part.values.fill([[0.0; D]; D]);
         let (mut group, mut f) = (Group::empty(0), at_rest());
-        let mut upper = [[[0.0; D]; D]; MAX_PAIRS];
+        let mut upper = [[[[0.0; LANES]; D]; D]; MAX_PAIRS];
         let pairs = N * (N + 1) / 2;
         let mut rest = part.elements.as_slice();
         while !rest.is_empty() {
@@ -431,12 +432,13 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Pass<'_, D, N, M> {
                     }
                 }
             }
+            // Lanes beyond the batch hold elements of an earlier one, or none.
             let material = &self.materials[group.material as usize];
+            let gradients = group.all_gradients();
+            material.element_stiffness_lanes(&f, &gradients, &group.weight, self.project, &mut upper[..pairs]);
             for (lane, &slot) in slots.iter().enumerate() {
-                let (gradients, weight) = (group.lane_gradients(lane), group.weight[lane]);
-                let f = lane_matrix(&f, lane);
-                evaluate(material, self.project, &f, &gradients, weight, &mut upper[..pairs]);
                 let vertices: [u32; N] = std::array::from_fn(|a| group.vertices[a][lane]);
+                let upper = lane_blocks(&upper, lane);
                 self.scatter(index, &vertices, &self.places[slot as usize], &upper, &mut part.values);
             }
         }
@@ -472,6 +474,20 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Pass<'_, D, N, M> {
             }
         }
     }
+}
+
+/// One lane of element stiffnesses.
+#[inline(always)]
+fn lane_blocks<const D: usize>(upper: &[[[Lane; D]; D]; MAX_PAIRS], lane: usize) -> [Block<D>; MAX_PAIRS] {
+    let mut blocks = [[[0.0; D]; D]; MAX_PAIRS];
+    for (block, lanes) in blocks.iter_mut().zip(upper) {
+        for i in 0..D {
+            for k in 0..D {
+                block[i][k] = lanes[i][k][lane];
+            }
+        }
+    }
+    blocks
 }
 
 /// One sweep over the elements that re-evaluates those that the rule names.
@@ -520,21 +536,24 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Update<'_, D, N, M> {
         updated: &mut [[bool; LANES]],
     ) {
         let pairs = N * (N + 1) / 2;
-        let mut upper = [[[0.0; D]; D]; MAX_PAIRS];
+        let mut upper = [[[[0.0; LANES]; D]; D]; MAX_PAIRS];
         for (at, (reference, updated)) in references.iter_mut().zip(updated).enumerate() {
             let group = &self.elements.groups[first + at];
             let f = deformation_gradients(group, self.u);
             let material = &self.materials[group.material as usize];
             *updated = self.rule.changed(group, self.moduli[group.material as usize], &f, reference);
+            if !updated.contains(&true) {
+                continue;
+            }
+            let gradients = group.all_gradients();
+            material.element_stiffness_lanes(&f, &gradients, &group.weight, self.project, &mut upper[..pairs]);
             for lane in (0..LANES).filter(|&lane| updated[lane]) {
                 for i in 0..D {
                     for k in 0..D {
                         reference[i][k][lane] = f[i][k][lane];
                     }
                 }
-                let (gradients, weight) = (group.lane_gradients(lane), group.weight[lane]);
-                evaluate(material, self.project, &lane_matrix(&f, lane), &gradients, weight, &mut upper[..pairs]);
-                stored[at * LANES + lane] = pack::<D, N>(&upper);
+                stored[at * LANES + lane] = pack::<D, N>(&lane_blocks(&upper, lane));
             }
         }
     }

@@ -1,15 +1,10 @@
 //! The table of P1 elements: compact groups of [`LANES`] elements, filled and freed slot by slot.
 
 use super::BodyError;
+use crate::lanes::{LANES, Lane};
 use crate::small::{cofactor, determinant};
 use nalgebra::SMatrix;
 use stylet_mesh::{CellId, SimplexMesh};
-
-/// Elements that are computed side by side: the width of the vector units that the kernels are compiled for.
-pub(super) const LANES: usize = 4;
-
-/// One number per element of a group.
-pub(super) type Lane = [f64; LANES];
 
 /// No element.
 const NONE: u32 = u32::MAX;
@@ -42,6 +37,21 @@ impl<const D: usize, const N: usize> Group<D, N> {
             for k in 0..D {
                 gradients[a + 1][k] = self.gradients[a][k][lane];
                 gradients[0][k] -= gradients[a + 1][k];
+            }
+        }
+        gradients
+    }
+
+    /// Gradients of all barycentric coordinates, with the bits of [`lane_gradients`](Self::lane_gradients).
+    #[inline(always)]
+    pub fn all_gradients(&self) -> [[Lane; D]; N] {
+        let mut gradients = [[[0.0; LANES]; D]; N];
+        for a in 0..D {
+            for k in 0..D {
+                gradients[a + 1][k] = self.gradients[a][k];
+                for lane in 0..LANES {
+                    gradients[0][k][lane] -= self.gradients[a][k][lane];
+                }
             }
         }
         gradients

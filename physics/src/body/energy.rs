@@ -1,9 +1,10 @@
 //! A body as an energy to be minimised.
 
 use super::Body;
-use super::element::{Group, LANES, Lane};
-use super::kernel::element_forces;
+use super::element::Group;
+use super::kernel::{deformation_gradients, element_forces};
 use super::star::Stars;
+use crate::lanes::{LANES, Lane};
 use crate::material::Hyperelastic;
 use pulp::Arch;
 use stylet_solver::LinearOperator;
@@ -22,19 +23,47 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
     /// If `u` does not have `D` entries per vertex.
     pub fn strain_energy(&self, u: &[f64]) -> f64 {
         self.check_len(u);
-        let mut total = 0.0;
-        let mut partial = 0.0;
-        let mut count = 0;
-        for (_, slot) in self.elements.live() {
-            let element = self.elements.element(slot);
-            let material = &self.materials[element.material as usize];
-            partial += element.weight * material.energy_density(&element.deformation_gradient(u));
-            count += 1;
-            if count % CHUNK == 0 {
-                total += std::mem::take(&mut partial);
+        let (mut total, mut partial) = (0.0, 0.0);
+        let (mut group, mut filled, mut count) = (Group::empty(0), 0, 0);
+        Arch::new().dispatch(
+            #[inline(always)]
+            || {
+                // Cells in ascending order, as many at a time as there are lanes and one material.
+                for (_, slot) in self.elements.live() {
+                    let from = &self.elements.groups[slot / LANES];
+                    if filled == LANES || (filled > 0 && group.material != from.material) {
+                        self.add_energies(&group, filled, u, (&mut total, &mut partial), &mut count);
+                        filled = 0;
+                    }
+                    group.material = from.material;
+                    group.copy_lane(filled, from, slot % LANES);
+                    filled += 1;
+                }
+                self.add_energies(&group, filled, u, (&mut total, &mut partial), &mut count);
+            },
+        );
+        total + partial
+    }
+
+    /// Adds the energies of the first lanes of a group to a sum of chunks.
+    #[inline(always)]
+    fn add_energies(
+        &self,
+        group: &Group<D, N>,
+        filled: usize,
+        u: &[f64],
+        (total, partial): (&mut f64, &mut f64),
+        count: &mut usize,
+    ) {
+        let material = &self.materials[group.material as usize];
+        let density = material.energy_lanes(&deformation_gradients(group, u));
+        for lane in 0..filled {
+            *partial += group.weight[lane] * density[lane];
+            *count += 1;
+            if *count % CHUNK == 0 {
+                *total += std::mem::take(partial);
             }
         }
-        total + partial
     }
 
     /// Overwrites `force` with the elastic force `dW/du` at the displacement `u` (m), N: what external loads balance.
@@ -147,7 +176,7 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Energy for Body<D, N, M
 
     /// Where the first element would lose its volume, at most `limit`; that for laws that are defined for every `F`.
     fn max_step(&mut self, x: &[f64], p: &[f64], limit: f64) -> f64 {
-        if M::REQUIRES_POSITIVE_J { self.step_to_inversion(x, p, limit) } else { limit }
+        if self.requires_positive_j() { self.step_to_inversion(x, p, limit) } else { limit }
     }
 }
 

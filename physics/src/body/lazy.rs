@@ -1,6 +1,7 @@
 //! When the stiffness of an element has changed enough to be evaluated anew.
 
-use super::element::{Group, LANES, Lane};
+use super::element::Group;
+use crate::lanes::{LANES, Lane};
 use crate::material::Hyperelastic;
 use nalgebra::SMatrix;
 use serde::{Deserialize, Serialize};

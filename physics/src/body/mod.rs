@@ -29,9 +29,10 @@ pub use load::{LoadError, boundary_traction, segment_load};
 pub use loaded::Loaded;
 pub use mass::{Density, MassKind};
 
+use crate::lanes::{LANES, Lane};
 use crate::material::Hyperelastic;
 use crate::small::determinant;
-use element::{Element, ElementTable, LANES, Lane};
+use element::{Element, ElementTable};
 use lazy::Moduli;
 use mass::Mass;
 use nalgebra::SMatrix;
@@ -367,6 +368,11 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
     /// The materials, by region ascending; the one of a body made by [`new`](Self::new) has no region.
     pub fn materials(&self) -> impl Iterator<Item = (Option<u32>, &M)> {
         self.materials.iter().enumerate().map(|(index, material)| (self.regions.id(index), material))
+    }
+
+    /// Whether a material of this body refuses `J <= 0`.
+    pub fn requires_positive_j(&self) -> bool {
+        self.materials.iter().any(M::requires_positive_j)
     }
 
     /// The thickness, m.

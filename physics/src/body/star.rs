@@ -3,7 +3,7 @@
 //! Sums over a star run in this order, which depends on the mesh alone: not on the slots that elements happen to have,
 //! and not on threads.
 
-use super::element::LANES;
+use crate::lanes::LANES;
 
 /// A local vertex of an element, as the place of its first force component in the force buffer of the group kernel.
 ///
