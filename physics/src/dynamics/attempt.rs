@@ -81,7 +81,7 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Attempt<'_, D, N, M> {
             report.elements_updated += body.elements_updated() as u64;
         }
         body.internal_force(&start.u, product);
-        let floor = ROUND_OFF * (norm2(product) + norm2(&it.drive.load));
+        let floor = it.round_off + ROUND_OFF * (norm2(product) + norm2(&it.drive.load));
         for (rhs, (load, force)) in it.rhs.iter_mut().zip(it.drive.load.iter().zip(&*product)) {
             *rhs = load - force;
         }
@@ -132,7 +132,7 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Attempt<'_, D, N, M> {
         self.guess(it, c);
         let external = self.scale(it, c);
         let mut settings = NewtonSettings::new(StopRule {
-            round_floor: it.settings.stop.round_floor + ROUND_OFF * external,
+            round_floor: it.settings.stop.round_floor + it.round_off + ROUND_OFF * external,
             ..it.settings.stop
         });
         settings.max_iterations = max_iterations;
@@ -205,17 +205,22 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Attempt<'_, D, N, M> {
         self.body.max_step(&self.start.u, direction, 1.0) >= 1.0
     }
 
-    /// Size of the forces of this step, N: load, elastic forces and inertia at its start.
+    /// Size of the forces of this step, N: the load, and elastic forces and inertia at its start and at the guess (where
+    /// constrained nodes have moved).
     fn scale(&mut self, it: &mut Integrator<D>, c: &Coefficients) -> f64 {
         let [force, product, way] = &mut it.scratch;
-        self.body.internal_force(&self.start.u, force);
-        for i in 0..it.u.len() {
-            way[i] = (self.start.u[i] - it.u_hat[i]) / c.cx;
+        let mut scale = norm2(&it.drive.load);
+        for u in [&self.start.u, &it.u] {
+            self.body.internal_force(u, force);
+            for i in 0..u.len() {
+                way[i] = (u[i] - it.u_hat[i]) / c.cx;
+            }
+            self.body.apply_mass(way, product);
+            let elastic = norm2(force);
+            // An element that is flat has no finite force in some laws.
+            scale += norm2(product) + if elastic.is_finite() { elastic } else { 0.0 };
         }
-        self.body.apply_mass(way, product);
-        let elastic = norm2(force);
-        // An element that is flat has no finite force in some laws.
-        norm2(&it.drive.load) + norm2(product) + if elastic.is_finite() { elastic } else { 0.0 }
+        scale
     }
 
     /// Velocities and accelerations at the end; refuses an end that inverts an element.
