@@ -35,3 +35,4 @@ pub mod material;
 mod parallel;
 mod small;
 pub mod statics;
+pub mod svd;
