@@ -475,6 +475,11 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
         }
     }
 
+    /// Whether linearisations project the tangent.
+    pub fn is_projected(&self) -> bool {
+        self.project
+    }
+
     /// Deformation gradient of a cell at the displacement `u` (m); `None` if it has no element.
     ///
     /// # Panics

@@ -183,6 +183,7 @@ impl<const D: usize> Integrator<D> {
             threshold: 0.0,
             iterations: 0,
             newton_iterations: 0,
+            unconverged: 0,
             elements_updated: 0,
             error: 0.0,
             balance: None,
