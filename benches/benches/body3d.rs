@@ -12,7 +12,7 @@ mod support;
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use std::hint::black_box;
 use stylet_physics::body::{Body, LazyRule};
-use stylet_physics::material::{Hyperelastic, NeoHookean};
+use stylet_physics::material::{Corotated, Hyperelastic, NeoHookean};
 use stylet_solver::LinearOperator;
 use stylet_solver::energy::Energy;
 use stylet_solver::sparse::Frozen;
@@ -69,5 +69,9 @@ fn neo_hookean(c: &mut Criterion) {
     measure(c, NeoHookean::from_young_poisson(support::TISSUE.0, 0.45).expect("a material"), "neo_hookean");
 }
 
-criterion_group! { name = benches; config = support::criterion().sample_size(20); targets = neo_hookean }
+fn corotated(c: &mut Criterion) {
+    measure(c, Corotated::from_young_poisson(support::TISSUE.0, 0.45).expect("a material"), "corotated");
+}
+
+criterion_group! { name = benches; config = support::criterion().sample_size(20); targets = neo_hookean, corotated }
 criterion_main!(benches);

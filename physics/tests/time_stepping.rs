@@ -223,11 +223,14 @@ fn cantilever<M: Hyperelastic<3>>(material: M, solution: Solution, damping: Damp
     state.u
 }
 
+/// The end state of a run in steps of a length.
+type Run<'a> = &'a dyn Fn(f64) -> Vec<f64>;
+
 /// F4: the error against a run of dt/16 falls fourfold with dt, for one linearised step as for Newton's method.
 #[test]
 fn second_order_in_time() {
     let stvk = StVenantKirchhoff::from_young_poisson(YOUNG, 0.3).unwrap();
-    let runs: [(&str, &dyn Fn(f64) -> Vec<f64>); 4] = [
+    let runs: [(&str, Run); 4] = [
         ("NH, linearised", &|dt| cantilever(neo(), Solution::Linearised, Damping::default(), dt)),
         ("NH, Newton", &|dt| cantilever(neo(), NEWTON, Damping::default(), dt)),
         ("StVK, linearised", &|dt| cantilever(stvk, Solution::Linearised, Damping::default(), dt)),

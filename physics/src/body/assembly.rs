@@ -309,7 +309,7 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
     ///
     /// A lazy body keeps the stiffness of its elements, 216 bytes for a tetrahedron.
     pub fn set_lazy_rule(&mut self, rule: LazyRule) {
-        let was_lazy = std::mem::replace(&mut self.lazy, rule).is_eager() == false;
+        let was_lazy = !std::mem::replace(&mut self.lazy, rule).is_eager();
         if !self.is_lazy() {
             self.stored = Vec::new();
         }

@@ -85,8 +85,8 @@ impl LazyRule {
                 }
             }
         }
-        // A NaN is a change; a free lane is none.
-        let beyond = |limit: Lane| std::array::from_fn(|k| group.weight[k] != 0.0 && !(difference[k] <= limit[k]));
+        // A free lane is no change.
+        let beyond = |limit: Lane| std::array::from_fn(|k| group.weight[k] != 0.0 && exceeds(difference[k], limit[k]));
         match self {
             Self::Always => beyond([f64::NEG_INFINITY; LANES]),
             Self::Strain(threshold) => beyond(norm.map(|n| threshold * threshold * n)),
@@ -98,15 +98,21 @@ impl LazyRule {
                 let scale = sizes(group).map(|size| moduli.lateral * size);
                 // Entries of rotations differ by 2 at most.
                 let moved = beyond([0.0; LANES]);
-                let possible = (0..LANES).any(|k| moved[k] && !(16.0 * scale[k] <= threshold));
+                let possible = (0..LANES).any(|k| moved[k] && exceeds(16.0 * scale[k], threshold));
                 if D == 1 || !possible {
                     return [false; LANES];
                 }
                 let turned = turns(f, f0);
-                std::array::from_fn(|k| moved[k] && !(turned[k] * turned[k] * scale[k] <= threshold))
+                std::array::from_fn(|k| moved[k] && exceeds(turned[k] * turned[k] * scale[k], threshold))
             }
         }
     }
+}
+
+/// A NaN exceeds everything.
+#[inline(always)]
+fn exceeds(value: f64, limit: f64) -> bool {
+    value > limit || value.is_nan()
 }
 
 /// `max|dU| max|dV|` of each lane; zero in one dimension.

@@ -8,6 +8,7 @@ use super::scheme::Coefficients;
 use super::{Integrator, Solution, State, StepReport};
 use crate::body::{Body, BodyError};
 use crate::material::Hyperelastic;
+use stylet_mesh::CellId;
 use stylet_solver::LinearOperator;
 use stylet_solver::energy::Energy;
 use stylet_solver::linear::{CgError, CgSettings, projected_cg};
@@ -238,11 +239,10 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Attempt<'_, D, N, M> {
 
     /// Velocities and accelerations at the end; refuses an end that inverts an element.
     fn finish(&mut self, it: &mut Integrator<D>, c: &Coefficients) -> Result<(), Setback> {
-        if M::IS_LINEAR || it.settings.solution == Solution::Linearised {
-            if !self.is_reachable(it) {
-                let (cell, jacobian) = self.body.smallest_jacobian(&it.u).unwrap_or((stylet_mesh::CellId(0), f64::NAN));
-                return Err(Setback::Curable(format!("the step inverts cell {}: det F = {jacobian:e}", cell.0)));
-            }
+        // Newton's method has stayed within the domain by itself.
+        if it.settings.solution == Solution::Linearised && !self.is_reachable(it) {
+            let (cell, jacobian) = self.body.smallest_jacobian(&it.u).unwrap_or((CellId(0), f64::NAN));
+            return Err(Setback::Curable(format!("the step inverts cell {}: det F = {jacobian:e}", cell.0)));
         }
         for i in 0..it.v.len() {
             it.v[i] = it.v_hat[i] + c.cv * it.a[i];
