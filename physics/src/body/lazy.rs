@@ -24,9 +24,9 @@ pub enum LazyRule {
     Strain(f64),
     /// Those with `e = (lambda + 2 mu) |F - F0| max|N| max|B|` above this threshold, N/m, where `N` holds the area-weighted
     /// normals of the faces (`D` volumes times the gradient of the opposite coordinate) and `B` the barycentric gradients:
-    /// how much an entry of the stiffness of a corotated element may change, to first order. Unlike (12) of Chentanez et
-    /// al. (2009), whose threshold it shares, it sees an element that turns as a whole, is blind to nothing that changes the
-    /// stiffness and does not jump where two stretches coincide; and it takes no singular value decomposition.
+    /// how much an entry of the stiffness of a corotated element may change, to first order; laws whose curvature grows, as
+    /// `1/J` under compression, may change by more. Unlike [`Rotation`](Self::Rotation), whose unit it shares, it sees an
+    /// element that turns as a whole, does not jump where two stretches coincide, and takes no decomposition.
     Stiffness(f64),
     /// Those with `e = (max|dU| max|dV|)^2 max|N| max|B| lambda` above this threshold, N/m, where `F = U S V^T` is the signed
     /// decomposition of Irving et al. (2004) and `dU`, `dV` the changes of its rotations since the last evaluation: the
