@@ -28,9 +28,11 @@
 //!   serial build gives the same bits.
 
 pub mod body;
+pub mod dynamics;
 pub mod friction;
 pub mod lanes;
 pub mod material;
+mod parallel;
 mod small;
 pub mod statics;
 pub mod svd;

@@ -59,12 +59,13 @@ fn accumulate_gradient<const D: usize, const N: usize>(group: &Group<D, N>, u: &
 /// Elastic forces `dW/du_a = weight P grad_a` on the corners of each group, N: `N D` lanes per group.
 #[inline(always)]
 pub(super) fn element_forces<const D: usize, const N: usize, M: Hyperelastic<D>>(
-    material: &M,
+    materials: &[M],
     groups: &[Group<D, N>],
     u: &[f64],
     forces: &mut [[[Lane; D]; N]],
 ) {
     for (group, out) in groups.iter().zip(forces) {
+        let material = &materials[group.material as usize];
         let f = deformation_gradients(group, u);
         let stress = material.stress_lanes(&f);
         let mut corners = [[[0.0; LANES]; D]; N];
