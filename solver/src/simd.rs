@@ -18,6 +18,27 @@ pub(crate) fn dispatch<K: NullaryFnOnce>(kernel: K) -> K::Output {
     Arch::new().dispatch(kernel)
 }
 
+/// [`dispatch`] of a closure, which must be `#[inline(always)]`.
+///
+/// It must be one that can be called again: what the compiler makes to call any closure once is not inlined, and would be
+/// compiled for the instructions of the program at large. A cycle of smoothed aggregation in `f32`, 280,000 tetrahedra, two
+/// threads: 5.9 ms with restriction and prolongation compiled so, 5.2 ms with them in here.
+#[inline]
+pub(crate) fn run(kernel: impl FnMut()) {
+    dispatch(Closure(kernel));
+}
+
+struct Closure<F>(F);
+
+impl<F: FnMut()> NullaryFnOnce for Closure<F> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(mut self) {
+        (self.0)();
+    }
+}
+
 #[cfg(target_arch = "x86_64")]
 mod x86 {
     use pulp::NullaryFnOnce;

@@ -10,7 +10,6 @@ use crate::subspace::Subspace;
 use crate::team::Team;
 use crate::vector::CHUNK;
 use crate::{Block, LinearOperator};
-use pulp::Arch;
 
 /// What a Lanczos estimate of the largest eigenvalue is multiplied with, since it comes from below.
 const MARGIN: f64 = 1.1;
@@ -220,28 +219,26 @@ impl Step {
         let nodes = inverses.iter().zip(q).zip(r).zip(d).zip(x.as_chunks_mut::<B>().0);
         let Self { stage, .. } = self;
         let (alpha, beta) = (T::from_f64(self.alpha), T::from_f64(self.beta));
-        Arch::new().dispatch(
-            #[inline(always)]
-            || match stage {
-                Stage::First(guess) => {
-                    for ((((inverse, _), r), d), x) in nodes {
-                        for i in 0..B {
-                            d[i] = alpha * row_times(&inverse[i], r);
-                            x[i] = if guess == Guess::Zero { d[i] } else { x[i] + d[i] };
-                        }
+        // Not compiled for wider vectors: blocks of nine numbers would be shuffled for longer than they are multiplied.
+        match stage {
+            Stage::First(guess) => {
+                for ((((inverse, _), r), d), x) in nodes {
+                    for i in 0..B {
+                        d[i] = alpha * row_times(&inverse[i], r);
+                        x[i] = if guess == Guess::Zero { d[i] } else { x[i] + d[i] };
                     }
                 }
-                Stage::Later => {
-                    for ((((inverse, q), r), d), x) in nodes {
-                        (0..B).for_each(|i| r[i] = r[i] - q[i]);
-                        for i in 0..B {
-                            d[i] = beta * d[i] + alpha * row_times(&inverse[i], r);
-                            x[i] += d[i];
-                        }
+            }
+            Stage::Later => {
+                for ((((inverse, q), r), d), x) in nodes {
+                    (0..B).for_each(|i| r[i] -= q[i]);
+                    for i in 0..B {
+                        d[i] = beta * d[i] + alpha * row_times(&inverse[i], r);
+                        x[i] += d[i];
                     }
                 }
-            },
-        );
+            }
+        }
     }
 }
 

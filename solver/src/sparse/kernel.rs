@@ -5,10 +5,10 @@
 
 use super::BlockCsr;
 use super::arena::Slot;
+use crate::simd;
 use crate::team::Team;
 use crate::vector::{self, CHUNK};
 use crate::{Block, LinearOperator};
-use pulp::Arch;
 #[cfg(target_arch = "x86_64")]
 use {
     pulp::bytemuck::{cast, cast_slice},
@@ -62,7 +62,7 @@ impl<const B: usize> BlockCsr<B> {
         {
             return simd.vectorize(Product2x2 { simd, rows, x, y });
         }
-        Arch::new().dispatch(
+        simd::run(
             #[inline(always)]
             || rows.product(x, y),
         );

@@ -171,7 +171,7 @@ impl<const B: usize, const M: usize> Part<'_, '_, B, M> {
         for k in mine.clone() {
             self.rows.row_mut(k).1.fill([[0.0; M]; M]);
         }
-        simd::dispatch(
+        simd::run(
             #[inline(always)]
             || {
                 for i in 0..p.n_fine() {

@@ -99,7 +99,7 @@ impl<const B: usize, const M: usize, T: Real> Transfer<B, M, T> {
         let (starts, coarse) = (&starts[..], &coarse[..]);
         team.each(&mut parts[..size], |_, part| {
             let Some((rows, blocks, worker)) = part else { return };
-            simd::dispatch(
+            simd::run(
                 #[inline(always)]
                 || {
                     let first = starts[rows.start];
@@ -146,7 +146,7 @@ impl<const B: usize, const M: usize, T: Real> Transfer<B, M, T> {
         let mut parts = team.split(f);
         team.each(&mut parts[..team.size()], |member, f| {
             let first = team.share(n, member).start / M;
-            simd::dispatch(
+            simd::run(
                 #[inline(always)]
                 || {
                     for (k, f) in f.as_chunks_mut::<M>().0.iter_mut().enumerate() {
@@ -171,7 +171,7 @@ impl<const B: usize, const M: usize, T: Real> Transfer<B, M, T> {
         let mut parts = team.split(x);
         team.each(&mut parts[..team.size()], |member, x| {
             let first = team.share(n, member).start / B;
-            simd::dispatch(
+            simd::run(
                 #[inline(always)]
                 || {
                     for (i, x) in x.as_chunks_mut::<B>().0.iter_mut().enumerate() {

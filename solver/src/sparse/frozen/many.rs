@@ -20,7 +20,7 @@ impl<const B: usize, T: Real> Frozen<B, T> {
             (share, part)
         });
         team.each(&mut parts[..team.size()], |_, (share, y)| {
-            simd::dispatch(
+            simd::run(
                 #[inline(always)]
                 || {
                     let mut first = 0;
