@@ -2,7 +2,6 @@
 
 use crate::error::NeedleError;
 use crate::motion::Pose;
-use crate::needle::Needle;
 use crate::scene::{Method, Model, NeedleStage, Scene};
 
 /// How far outside the slab a point may be, in sides: rounding errors of a sine, not a needle that leads away from it.
@@ -46,7 +45,7 @@ fn reason(scene: &Scene) -> Result<(), String> {
 fn check_line(scene: &Scene, needle: &NeedleStage) -> Result<(), String> {
     let side = scene.mesh.side;
     let slack = ROUNDING * side;
-    let [x, y] = needle.entry;
+    let [x, y] = needle.needle::<2>().base();
     let within = |v: f64| (-slack..=side + slack).contains(&v);
     let on_boundary = [x, y].iter().any(|&v| v.abs() <= slack || (v - side).abs() <= slack);
     if !(within(x) && within(y) && on_boundary) {
@@ -71,7 +70,7 @@ fn check_line(scene: &Scene, needle: &NeedleStage) -> Result<(), String> {
 fn runs_along_a_side(scene: &Scene, needle: &NeedleStage) -> bool {
     let side = scene.mesh.side;
     let slack = 1e-9 * side;
-    let tangent = Needle::new(needle.entry, needle.angle).tangent();
+    let tangent = needle.needle::<2>().tangent();
     // As far as a needle can go in the slab, so that a short one is not taken for a level one.
     let far = [0, 1].map(|k| needle.entry[k] + side * tangent[k]);
     let on = |v: f64, edge: f64| (v - edge).abs() <= slack;
@@ -80,7 +79,7 @@ fn runs_along_a_side(scene: &Scene, needle: &NeedleStage) -> bool {
 
 fn check_inside(scene: &Scene, needle: &NeedleStage, key: &str, pose: Pose) -> Result<(), String> {
     let (side, insert) = (scene.mesh.side, pose.insert);
-    let mut line = Needle::new(needle.entry, needle.angle);
+    let mut line = needle.needle::<2>();
     line.set_pose(pose);
     let [x, y] = line.tip();
     let slack = ROUNDING * side;

@@ -51,29 +51,29 @@ pub enum NeedleError {
         /// What the mesh layer says.
         reason: String,
     },
-    /// An equilibrium that cannot be found because a triangle stands at the limit of inversion.
-    #[error("cycle {cycle}: element {} of reference centre ({:.4}, {:.4}) m is inverting (det F = {det_f:.3e}) and blocks the solve; {reason}", cell.0, centre[0], centre[1])]
+    /// An equilibrium that cannot be found because a cell stands at the limit of inversion.
+    #[error("cycle {cycle}: element {} of reference centre ({}) m is inverting (det F = {det_f:.3e}) and blocks the solve; {reason}", cell.0, coordinates(centre))]
     Inverting {
         /// Cycle, from 1.
         cycle: usize,
-        /// The triangle with the smallest det F.
+        /// The cell with the smallest det F.
         cell: CellId,
         /// Its centre in the undeformed body, m.
-        centre: [f64; 2],
+        centre: Vec<f64>,
         /// Its det F.
         det_f: f64,
         /// What the method says.
         reason: String,
     },
-    /// An equilibrium that cannot be found because a triangle is deformed further than its material can be.
-    #[error("cycle {cycle}: element {} of reference centre ({:.4}, {:.4}) m has left the domain of its material; {reason}", cell.0, centre[0], centre[1])]
+    /// An equilibrium that cannot be found because a cell is deformed further than its material can be.
+    #[error("cycle {cycle}: element {} of reference centre ({}) m has left the domain of its material; {reason}", cell.0, coordinates(centre))]
     OutsideDomain {
         /// Cycle, from 1.
         cycle: usize,
-        /// The triangle.
+        /// The cell.
         cell: CellId,
         /// Its centre in the undeformed body, m.
-        centre: [f64; 2],
+        centre: Vec<f64>,
         /// What the method says.
         reason: String,
     },
@@ -92,4 +92,10 @@ impl NeedleError {
     pub fn is_bad_input(&self) -> bool {
         !matches!(self, Self::Mesh { .. } | Self::Inverting { .. } | Self::OutsideDomain { .. } | Self::Solve { .. })
     }
+}
+
+/// Coordinates to four decimals, with commas between.
+fn coordinates(point: &[f64]) -> String {
+    let words: Vec<String> = point.iter().map(|x| format!("{x:.4}")).collect();
+    words.join(", ")
 }

@@ -252,7 +252,7 @@ pub const TABLE: Table<Scene> = Table {
             default: "[0.0, 0.05]",
             meaning: "point of the boundary where the needle enters",
             set: |s, value| {
-                needle(s).entry = value.point()?;
+                needle(s).entry = value.floats()?.to_vec();
                 Ok(())
             },
             get: |s| s.needle.as_ref().map(|n| Value::Floats(n.entry.to_vec())),

@@ -4,10 +4,12 @@
 //! A scene ([`scene::Scene`]) comes from TOML ([`builtin::open`]); [`simulation::start`] brings it to life;
 //! [`simulation::Simulation::step`] goes on by one cycle of the interaction loop ([`insertion`]).
 
+mod array;
 pub mod builtin;
 pub mod check;
 pub mod equilibrium;
 mod error;
+pub mod facet;
 pub mod insertion;
 pub mod keys;
 pub mod motion;
@@ -23,6 +25,7 @@ pub mod stages;
 pub mod state;
 pub mod static_load;
 pub mod summary;
+pub mod surface;
 pub mod tip;
 
 pub use error::NeedleError;

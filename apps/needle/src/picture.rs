@@ -15,7 +15,7 @@ const MANY_CYCLES: usize = 300;
 const MOST_DOTS: usize = 5000;
 
 /// The part of the needle that pictures show, m: from a tenth of the slab's side before the entry to the tip.
-pub(crate) fn visible_shaft(needle: &Needle, side: f64) -> [Vec2; 2] {
+pub(crate) fn visible_shaft(needle: &Needle<2>, side: f64) -> [Vec2; 2] {
     // A needle that has been withdrawn is shown at full length.
     let behind = needle.pose().insert.max(0.0) + 0.1 * side;
     [along(needle.tip(), -behind, needle.tangent()), needle.tip()]
@@ -54,7 +54,7 @@ fn mesh_title(simulation: &dyn Simulation) -> String {
     }
 }
 
-fn needle_line(simulation: &dyn Simulation, needle: &Needle) -> Polyline {
+fn needle_line(simulation: &dyn Simulation, needle: &Needle<2>) -> Polyline {
     let line = |points: Vec<Vec2>, label: &str| Polyline {
         points,
         colour: Colour::INK,

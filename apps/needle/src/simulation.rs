@@ -4,6 +4,7 @@ use crate::error::NeedleError;
 use crate::insertion::Insertion;
 use crate::needle::{Needle, Vec2};
 use crate::scene::{Model, Scene};
+use crate::shaft::Hold;
 use crate::slab::Slab;
 use crate::stages::Stages;
 use crate::state::{Experiment as SavedExperiment, State};
@@ -48,7 +49,7 @@ pub trait Simulation: Send {
     fn strain_energy(&self) -> f64;
 
     /// The needle.
-    fn needle(&self) -> Option<&Needle>;
+    fn needle(&self) -> Option<&Needle<2>>;
 
     /// Vertices on the needle, from the tip backwards, and whether each sticks.
     fn needle_nodes(&self) -> Vec<(stylet_mesh::VertexId, bool)>;
@@ -108,7 +109,7 @@ fn dispatch(scene: &Scene, threads: usize, state: Option<State>) -> Result<Box<d
 /// What a scene with a needle does.
 enum Experiment<M: Hyperelastic<2>> {
     Static(Box<StaticLoad<M>>),
-    Insertion(Box<Insertion<M>>),
+    Insertion(Box<Insertion<2, 3, M>>),
 }
 
 /// A running scene of one material.
@@ -161,7 +162,7 @@ impl<M: Hyperelastic<2> + 'static> Run<M> {
         Ok(Box::new(run))
     }
 
-    fn slab(&self) -> &Slab<M> {
+    fn slab(&self) -> &Slab<2, 3, M> {
         match &self.experiment {
             Experiment::Static(load) => &load.slab,
             Experiment::Insertion(insertion) => &insertion.slab,
@@ -177,12 +178,12 @@ impl<M: Hyperelastic<2> + 'static> Run<M> {
                 ..NeedleSummary::default()
             },
             Experiment::Insertion(insertion) => {
-                let (base_force, base_torque) = insertion.held_by();
+                let Hold { force, moment } = insertion.held_by();
                 NeedleSummary {
                     tip: insertion.needle.tip(),
                     tip_reference: insertion.tip_reference(),
-                    base_force,
-                    base_torque: [base_torque],
+                    base_force: force,
+                    base_torque: [moment[2]],
                     rearrangements: insertion.cycles(),
                     unsettled: insertion.unsettled(),
                     nodes: insertion.shaft.nodes.len(),
@@ -262,7 +263,7 @@ impl<M: Hyperelastic<2> + 'static> Simulation for Run<M> {
         self.slab().strain_energy()
     }
 
-    fn needle(&self) -> Option<&Needle> {
+    fn needle(&self) -> Option<&Needle<2>> {
         match &self.experiment {
             Experiment::Static(load) => Some(&load.needle),
             Experiment::Insertion(insertion) => Some(&insertion.needle),
@@ -340,7 +341,7 @@ impl<M: Hyperelastic<2> + 'static> Simulation for Run<M> {
 }
 
 /// The P1 displacement at a point of the undeformed slab; NaN outside, which checked probes never are.
-fn displacement_at<M: Hyperelastic<2>>(slab: &Slab<M>, at: Vec2) -> Vec2 {
+fn displacement_at<M: Hyperelastic<2>>(slab: &Slab<2, 3, M>, at: Vec2) -> Vec2 {
     let Some(inside) = find_in_reference(&slab.mesh, slab.mesh.cells(), at) else { return [f64::NAN; 2] };
     let vertices = slab.mesh.cell(inside.cell);
     std::array::from_fn(|k| (0..3).map(|i| inside.barycentric[i] * slab.u[2 * vertices[i].index() + k]).sum())

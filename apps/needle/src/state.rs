@@ -34,7 +34,7 @@ pub enum Experiment {
     /// A static load: one solve, which is done afresh.
     Static,
     /// An insertion.
-    Insertion(Box<InsertionState>),
+    Insertion(Box<InsertionState<2, 3>>),
 }
 
 impl State {

@@ -18,9 +18,9 @@ use stylet_physics::material::Hyperelastic;
 #[derive(Clone)]
 pub struct StaticLoad<M: Hyperelastic<2>> {
     /// The tissue.
-    pub slab: Slab<M>,
+    pub slab: Slab<2, 3, M>,
     /// The needle.
-    pub needle: Needle,
+    pub needle: Needle<2>,
     /// Nodes on the needle, from the entry to the tip.
     pub nodes: Vec<VertexId>,
     /// Whether the equilibrium has been found.
@@ -36,10 +36,10 @@ impl<M: Hyperelastic<2>> StaticLoad<M> {
         scene: &Scene,
         stage: &NeedleStage,
         load: &LoadStage,
-        mut slab: Slab<M>,
+        mut slab: Slab<2, 3, M>,
         stages: &mut Stages,
     ) -> Result<Self, NeedleError> {
-        let mut needle = Needle::new(stage.entry, stage.angle);
+        let mut needle = stage.needle();
         let entry = needle.tip();
         needle.set_pose(Pose { insert: stage.depth, sleeve: 0.0 });
         let since = Instant::now();
@@ -92,7 +92,7 @@ fn from_entry(density: &LineDensity, depth: f64) -> Vec<(f64, f64)> {
 }
 
 /// The closest node of each edge that the needle crosses, and of the edge that the tip lies on, from the entry to the tip.
-fn nodes_along<M: Hyperelastic<2>>(slab: &Slab<M>, entry: Vec2, needle: &Needle) -> Vec<VertexId> {
+fn nodes_along<M: Hyperelastic<2>>(slab: &Slab<2, 3, M>, entry: Vec2, needle: &Needle<2>) -> Vec<VertexId> {
     let rest = vec![0.0; slab.u.len()];
     let mut crossed = Vec::new();
     let mut tip = follow(&slab.mesh, &rest, Tip::Outside(entry), needle.tip(), &mut crossed);
@@ -124,7 +124,7 @@ fn nodes_along<M: Hyperelastic<2>>(slab: &Slab<M>, entry: Vec2, needle: &Needle)
 }
 
 /// Density at each node times half the distance to each neighbour along the needle.
-fn lumped<M: Hyperelastic<2>>(slab: &mut Slab<M>, needle: &Needle, nodes: &[VertexId], density: &LineDensity) {
+fn lumped<M: Hyperelastic<2>>(slab: &mut Slab<2, 3, M>, needle: &Needle<2>, nodes: &[VertexId], density: &LineDensity) {
     let behind: Vec<f64> = nodes.iter().map(|&v| needle.frame_of(slab.mesh.point(v)).behind).collect();
     for (index, &vertex) in nodes.iter().enumerate() {
         let before = if index > 0 { behind[index - 1] - behind[index] } else { 0.0 };

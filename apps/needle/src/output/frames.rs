@@ -112,7 +112,7 @@ fn write_body(simulation: &dyn Simulation, path: &Path) -> Result<(), NeedleErro
 }
 
 /// The needle as one line, from a point before the slab to the tip.
-fn write_needle(simulation: &dyn Simulation, needle: &Needle, path: &Path) -> Result<(), NeedleError> {
+fn write_needle(simulation: &dyn Simulation, needle: &Needle<2>, path: &Path) -> Result<(), NeedleError> {
     let ends = visible_shaft(needle, simulation.scene().mesh.side);
     let line = SimplexMesh::<2, 2>::new(ends.to_vec(), vec![[0, 1]]).map_err(|e| output_error(path, e))?;
     write_vtu(&line, path, &VtuData::default()).map_err(|e| mesh_file_error(path, e))
