@@ -122,12 +122,10 @@ fn check_motion(scene: &Scene, needle: &NeedleStage) -> Result<(), String> {
 ///
 /// # Errors
 /// [`NeedleError::Probe`] for a point outside the undeformed slab.
-pub fn check_probes(scene: &Scene, probes: &[[f64; 2]]) -> Result<(), NeedleError> {
+pub fn check_probes(scene: &Scene, probes: &[Vec<f64>]) -> Result<(), NeedleError> {
     let side = scene.mesh.side;
-    for &[x, y] in probes {
-        if !((0.0..=side).contains(&x) && (0.0..=side).contains(&y)) {
-            return Err(NeedleError::Probe { x, y, side });
-        }
+    match probes.iter().find(|at| !at.iter().all(|x| (0.0..=side).contains(x))) {
+        Some(at) => Err(NeedleError::Probe { at: at.clone(), body: format!("slab, 0 to {side} m each way") }),
+        None => Ok(()),
     }
-    Ok(())
 }

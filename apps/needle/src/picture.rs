@@ -1,13 +1,16 @@
 //! The pictures of a run: the deformed mesh, the force at the base, the iterations of each cycle.
 
+use crate::history::depth_and_force;
 use crate::needle::{Needle, Vec2, along, dot};
 use crate::scene::Method;
 use crate::simulation::Simulation;
-use crate::summary::HistoryRow;
 use crate::tip::deformed;
 use std::path::Path;
 use stylet_mesh::VertexId;
 use stylet_plot::{Chart, Colour, Marker, MeshPicture, PALETTE, PlotError, Polyline, Series, Style, outline_of};
+use stylet_tissue::RunError;
+use stylet_tissue::history::HistoryRow;
+use stylet_tissue::output::plot_error;
 
 /// From this many cycles on, single values are dots around their running mean.
 const MANY_CYCLES: usize = 300;
@@ -19,6 +22,24 @@ pub(crate) fn visible_shaft(needle: &Needle, side: f64) -> [Vec2; 2] {
     // A needle that has been withdrawn is shown at full length.
     let behind = needle.pose().insert.max(0.0) + 0.1 * side;
     [along(needle.tip(), -behind, needle.tangent()), needle.tip()]
+}
+
+/// A picture of the mesh, and charts over the cycles where there are several.
+///
+/// # Errors
+/// [`RunError::Output`].
+pub fn draw(simulation: &dyn Simulation, folder: &Path, rows: &[HistoryRow]) -> Result<(), RunError> {
+    let path = folder.join("mesh.svg");
+    mesh(simulation, &path).map_err(|e| plot_error(&path, e))?;
+    if rows.len() < 2 {
+        return Ok(());
+    }
+    let charts = [("force.svg", force(simulation, rows)), ("iterations.svg", iterations(simulation, rows))];
+    for (name, chart) in charts {
+        let path = folder.join(name);
+        chart.write(&path).map_err(|e| plot_error(&path, e))?;
+    }
+    Ok(())
 }
 
 /// The deformed mesh coloured by the magnitude of the displacement, with the needle and its nodes.
@@ -92,7 +113,7 @@ pub fn force(simulation: &dyn Simulation, rows: &[HistoryRow]) -> Chart {
     let (along, across) = simulation.needle().map_or(([1.0, 0.0], [0.0, 1.0]), |n| (n.tangent(), n.normal()));
     let series = |name: &str, direction: Vec2| Series {
         name: name.to_owned(),
-        points: rows.iter().map(|row| (1e3 * row.depth_m, dot(row.base_force, direction))).collect(),
+        points: rows.iter().map(depth_and_force).map(|(depth, force)| (1e3 * depth, dot(force, direction))).collect(),
         ..Series::default()
     };
     Chart {

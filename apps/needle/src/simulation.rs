@@ -1,51 +1,35 @@
 //! A scene brought to life: the one interface that the command line, the benches and other programs drive.
 
 use crate::error::NeedleError;
+use crate::frames;
+use crate::history::{CycleRow, columns, depth_and_force};
 use crate::insertion::Insertion;
 use crate::needle::{Needle, Vec2};
+use crate::picture;
 use crate::scene::{Model, Scene};
 use crate::slab::Slab;
 use crate::stages::Stages;
 use crate::state::{Experiment as SavedExperiment, State};
 use crate::static_load::StaticLoad;
-use crate::summary::{HistoryRow, NeedleSummary, Probe, QualitySummary, SolverSummary, Summary};
 use crate::tip::{TriMesh, find_in_reference};
+use std::path::Path;
 use std::time::Instant;
 use stylet_mesh::quality;
 use stylet_physics::material::{Hyperelastic, Linear, MaterialError, NeoHookean, PlaneStress, StVenantKirchhoff};
 use stylet_solver::sparse::BlockCsr;
+use stylet_tissue::Simulation as _;
+use stylet_tissue::history::{Columns, HistoryRow};
+use stylet_tissue::simulation::FrameSeries;
+use stylet_tissue::state::Saved;
+use stylet_tissue::summary::{NeedleSummary, Probe, QualitySummary, SolverSummary, Summary};
 
-/// A running scene, whatever its material.
-pub trait Simulation: Send {
+/// A running needle scene, whatever its material: what it shows beside what every scene does.
+pub trait Simulation: stylet_tissue::Simulation {
     /// The scene.
     fn scene(&self) -> &Scene;
 
-    /// One cycle of the loop; the whole solve of a static load.
-    ///
-    /// # Errors
-    /// [`NeedleError`] that names the cycle. The state is then the last one reached, and can be looked at and saved.
-    fn step(&mut self) -> Result<HistoryRow, NeedleError>;
-
-    /// Whether the scene has come to its end.
-    fn finished(&self) -> bool;
-
-    /// Cycles so far.
-    fn steps(&self) -> usize;
-
-    /// The share of the scene's motion that is done, 0 to 1.
-    fn progress(&self) -> f64;
-
-    /// Seconds and calls of each stage so far.
-    fn stages(&self) -> &Stages;
-
     /// The mesh.
     fn mesh(&self) -> &TriMesh;
-
-    /// Displacements of the mesh's vertices, m: `[x0 y0 x1 y1 ...]`.
-    fn displacement(&self) -> &[f64];
-
-    /// Strain energy, J.
-    fn strain_energy(&self) -> f64;
 
     /// The needle.
     fn needle(&self) -> Option<&Needle>;
@@ -58,12 +42,6 @@ pub trait Simulation: Send {
 
     /// First Piola-Kirchhoff stress of each live triangle in ascending order, Pa: `[P11, P12, P21, P22]`.
     fn stresses(&self) -> Vec<[f64; 4]>;
-
-    /// What the run says of itself, with the displacements at `probes`.
-    fn summary(&self, probes: &[Vec2]) -> Summary;
-
-    /// All that a later run needs to go on with the same bits.
-    fn save(&self) -> State;
 }
 
 /// Makes the scene's starting state. `threads` is the most that any stage may use.
@@ -171,18 +149,20 @@ impl<M: Hyperelastic<2> + 'static> Run<M> {
     fn needle_summary(&self) -> NeedleSummary {
         match &self.experiment {
             Experiment::Static(load) => NeedleSummary {
-                tip: load.needle.tip(),
-                tip_reference: load.needle.tip(),
+                tip: load.needle.tip().to_vec(),
+                tip_reference: load.needle.tip().to_vec(),
+                base_force: vec![0.0; 2],
+                base_torque: vec![0.0],
                 nodes: load.nodes.len(),
                 ..NeedleSummary::default()
             },
             Experiment::Insertion(insertion) => {
                 let (base_force, base_torque) = insertion.held_by();
                 NeedleSummary {
-                    tip: insertion.needle.tip(),
-                    tip_reference: insertion.tip_reference(),
-                    base_force,
-                    base_torque: [base_torque],
+                    tip: insertion.needle.tip().to_vec(),
+                    tip_reference: insertion.tip_reference().to_vec(),
+                    base_force: base_force.to_vec(),
+                    base_torque: vec![base_torque],
                     rearrangements: insertion.cycles(),
                     unsettled: insertion.unsettled(),
                     nodes: insertion.shaft.nodes.len(),
@@ -199,9 +179,13 @@ fn unreachable_stages<T>(scene: &Scene) -> Result<T, NeedleError> {
     Err(NeedleError::Inconsistent { source_name: scene.name.clone(), reason })
 }
 
-impl<M: Hyperelastic<2> + 'static> Simulation for Run<M> {
-    fn scene(&self) -> &Scene {
-        &self.scene
+impl<M: Hyperelastic<2> + 'static> stylet_tissue::Simulation for Run<M> {
+    fn name(&self) -> &str {
+        &self.scene.name
+    }
+
+    fn dim(&self) -> usize {
+        2
     }
 
     fn step(&mut self) -> Result<HistoryRow, NeedleError> {
@@ -209,7 +193,7 @@ impl<M: Hyperelastic<2> + 'static> Simulation for Run<M> {
         let before = self.stages;
         let result = match &mut self.experiment {
             Experiment::Insertion(insertion) => insertion.cycle(&mut self.stages),
-            Experiment::Static(load) => load.solve(&mut self.stages).map(|iterations| HistoryRow {
+            Experiment::Static(load) => load.solve(&mut self.stages).map(|iterations| CycleRow {
                 step: 1,
                 depth_m: load.needle.pose().insert,
                 tip: load.needle.tip(),
@@ -218,11 +202,11 @@ impl<M: Hyperelastic<2> + 'static> Simulation for Run<M> {
                 needle_nodes: load.nodes.len(),
                 nodes: load.slab.mesh.n_vertices(),
                 elements: load.slab.mesh.n_cells(),
-                ..HistoryRow::default()
+                ..CycleRow::default()
             }),
         };
         self.wall += since.elapsed().as_secs_f64();
-        result.map(|row| HistoryRow { stage_seconds: self.stages.seconds_since(&before), ..row })
+        result.map(|row| HistoryRow { stage_seconds: self.stages.seconds_since(&before), ..row.into() })
     }
 
     fn finished(&self) -> bool {
@@ -246,12 +230,31 @@ impl<M: Hyperelastic<2> + 'static> Simulation for Run<M> {
         }
     }
 
+    fn place(&self, row: &HistoryRow) -> String {
+        let (depth, _) = depth_and_force(row);
+        format!("cycle {}, {:.1} mm in, {} triangles", row.step, 1e3 * depth, row.elements)
+    }
+
+    /// Cycles stand for the time that quasi-static scenes do not have.
+    fn frame_time(&self) -> f64 {
+        self.steps() as f64
+    }
+
     fn stages(&self) -> &Stages {
         &self.stages
     }
 
-    fn mesh(&self) -> &TriMesh {
-        &self.slab().mesh
+    fn columns(&self) -> Columns {
+        columns(&self.scene)
+    }
+
+    fn points(&self) -> &[f64] {
+        self.slab().mesh.points().as_flattened()
+    }
+
+    fn cells(&self) -> Vec<u32> {
+        let mesh = &self.slab().mesh;
+        mesh.cells().flat_map(|cell| mesh.cell(cell)).map(|vertex| vertex.0).collect()
     }
 
     fn displacement(&self) -> &[f64] {
@@ -260,6 +263,79 @@ impl<M: Hyperelastic<2> + 'static> Simulation for Run<M> {
 
     fn strain_energy(&self) -> f64 {
         self.slab().strain_energy()
+    }
+
+    fn summary(&self, probes: &[Vec<f64>]) -> Summary {
+        let slab = self.slab();
+        let totals = slab.solver().totals();
+        let steps = self.steps();
+        let quality = quality::summary(&slab.mesh);
+        Summary {
+            schema: 1,
+            scene: self.scene.name.clone(),
+            converged: self.finished() && totals.unconverged == 0,
+            interrupted: !self.finished(),
+            failure: None,
+            dofs: slab.u.len(),
+            nodes: slab.mesh.n_vertices(),
+            elements: slab.mesh.n_cells(),
+            steps,
+            threads: self.threads,
+            wall_s: self.wall,
+            update_hz: if self.wall > 0.0 { (steps - self.first_step) as f64 / self.wall } else { 0.0 },
+            energy_j: slab.strain_energy(),
+            solver: SolverSummary {
+                iterations_total: totals.iterations,
+                iterations_mean: totals.iterations as f64 / (totals.solves.max(1)) as f64,
+                iterations_max: totals.most,
+                relative_residual: totals.relative_residual,
+                unconverged_solves: totals.unconverged,
+                first_unconverged_cycle: totals.first_unconverged,
+            },
+            needle: Some(self.needle_summary()),
+            probes: probes.iter().map(|at| Probe { at: at.clone(), displacement: displacement_at(slab, at) }).collect(),
+            quality: QualitySummary {
+                min_angle_deg: quality.min_angle_deg,
+                max_angle_deg: quality.max_angle_deg,
+                min_quality: quality.min_quality,
+                inverted_elements: slab.inverted_elements(),
+            },
+            stages: self.stages,
+        }
+    }
+
+    fn save(&self) -> Result<Saved, String> {
+        let experiment = match &self.experiment {
+            Experiment::Static(_) => SavedExperiment::Static,
+            Experiment::Insertion(insertion) => SavedExperiment::Insertion(Box::new(insertion.save())),
+        };
+        State { scene: self.scene.clone(), experiment }.to_saved()
+    }
+
+    fn frame_series(&self) -> &'static [FrameSeries] {
+        frames::SERIES
+    }
+
+    fn write_frame(&self, series: usize, path: &Path) -> Result<(), NeedleError> {
+        match (series, self.needle()) {
+            (0, _) => frames::write_body(self, path),
+            (_, Some(needle)) => frames::write_needle(self, needle, path),
+            _ => Ok(()),
+        }
+    }
+
+    fn draw(&self, folder: &Path, rows: &[HistoryRow]) -> Result<(), NeedleError> {
+        picture::draw(self, folder, rows)
+    }
+}
+
+impl<M: Hyperelastic<2> + 'static> Simulation for Run<M> {
+    fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    fn mesh(&self) -> &TriMesh {
+        &self.slab().mesh
     }
 
     fn needle(&self) -> Option<&Needle> {
@@ -290,58 +366,13 @@ impl<M: Hyperelastic<2> + 'static> Simulation for Run<M> {
         };
         slab.mesh.cells().map(of).collect()
     }
-
-    fn summary(&self, probes: &[Vec2]) -> Summary {
-        let slab = self.slab();
-        let totals = slab.solver().totals();
-        let steps = self.steps();
-        let quality = quality::summary(&slab.mesh);
-        Summary {
-            schema: 1,
-            scene: self.scene.name.clone(),
-            converged: self.finished() && totals.unconverged == 0,
-            interrupted: !self.finished(),
-            failure: None,
-            dofs: slab.u.len(),
-            nodes: slab.mesh.n_vertices(),
-            elements: slab.mesh.n_cells(),
-            steps,
-            threads: self.threads,
-            wall_s: self.wall,
-            update_hz: if self.wall > 0.0 { (steps - self.first_step) as f64 / self.wall } else { 0.0 },
-            energy_j: slab.strain_energy(),
-            solver: SolverSummary {
-                iterations_total: totals.iterations,
-                iterations_mean: totals.iterations as f64 / (totals.solves.max(1)) as f64,
-                iterations_max: totals.most,
-                relative_residual: totals.relative_residual,
-                unconverged_solves: totals.unconverged,
-                first_unconverged_cycle: totals.first_unconverged,
-            },
-            needle: Some(self.needle_summary()),
-            probes: probes.iter().map(|&at| Probe { at, displacement: displacement_at(slab, at) }).collect(),
-            quality: QualitySummary {
-                min_angle_deg: quality.min_angle_deg,
-                max_angle_deg: quality.max_angle_deg,
-                min_quality: quality.min_quality,
-                inverted_elements: slab.inverted_elements(),
-            },
-            stages: self.stages,
-        }
-    }
-
-    fn save(&self) -> State {
-        let experiment = match &self.experiment {
-            Experiment::Static(_) => SavedExperiment::Static,
-            Experiment::Insertion(insertion) => SavedExperiment::Insertion(Box::new(insertion.save())),
-        };
-        State { scene: self.scene.clone(), experiment, rows: Vec::new(), frames: Vec::new() }
-    }
 }
 
 /// The P1 displacement at a point of the undeformed slab; NaN outside, which checked probes never are.
-fn displacement_at<M: Hyperelastic<2>>(slab: &Slab<M>, at: Vec2) -> Vec2 {
-    let Some(inside) = find_in_reference(&slab.mesh, slab.mesh.cells(), at) else { return [f64::NAN; 2] };
+fn displacement_at<M: Hyperelastic<2>>(slab: &Slab<M>, at: &[f64]) -> Vec<f64> {
+    let found = at.try_into().ok().and_then(|at: Vec2| find_in_reference(&slab.mesh, slab.mesh.cells(), at));
+    let Some(inside) = found else { return vec![f64::NAN; 2] };
     let vertices = slab.mesh.cell(inside.cell);
-    std::array::from_fn(|k| (0..3).map(|i| inside.barycentric[i] * slab.u[2 * vertices[i].index() + k]).sum())
+    let component = |k| (0..3).map(|i| inside.barycentric[i] * slab.u[2 * vertices[i].index() + k]).sum();
+    (0..2).map(component).collect()
 }

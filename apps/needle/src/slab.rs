@@ -236,7 +236,7 @@ impl<M: Hyperelastic<2>> Slab<M> {
             || self.mesh.cells().filter_map(|cell| Some((cell, self.body.deformation_gradient(cell, &self.u)?)));
         let centre = |cell| {
             let corners = self.mesh.corners(cell);
-            std::array::from_fn(|k| corners.iter().map(|c| c[k]).sum::<f64>() / 3.0)
+            (0..2).map(|k| corners.iter().map(|c| c[k]).sum::<f64>() / 3.0).collect()
         };
         let outside = gradients().find(|(_, f)| !self.body.material().energy_density(f).is_finite());
         let worst = gradients().map(|(cell, f)| (cell, f.determinant())).min_by(|a, b| a.1.total_cmp(&b.1));

@@ -11,6 +11,7 @@ mod tip_region;
 pub use state::InsertionState;
 
 use crate::error::NeedleError;
+use crate::history::CycleRow;
 use crate::motion::Motion;
 use crate::needle::{Needle, OnNeedle, Vec2};
 use crate::relocate;
@@ -18,7 +19,6 @@ use crate::scene::{FrictionStage, NeedleStage, Rearrange, Scene};
 use crate::shaft::{Shaft, ShaftFriction};
 use crate::slab::{Slab, solve_error};
 use crate::stages::{Stage, Stages};
-use crate::summary::HistoryRow;
 use crate::tip::{Tip, deformed, follow};
 use serde::{Deserialize, Serialize};
 use std::time::Instant;
@@ -177,7 +177,7 @@ impl<M: Hyperelastic<2>> Insertion<M> {
     ///
     /// # Errors
     /// [`NeedleError`] that names the cycle; the state is then the last one reached.
-    pub fn cycle(&mut self, stages: &mut Stages) -> Result<HistoryRow, NeedleError> {
+    pub fn cycle(&mut self, stages: &mut Stages) -> Result<CycleRow, NeedleError> {
         self.clock.cycles += 1;
         let since = Instant::now();
         let settled = !self.clock.changed;
@@ -326,11 +326,10 @@ impl<M: Hyperelastic<2>> Insertion<M> {
         Ok(())
     }
 
-    fn history_row(&self, iterations: u64) -> HistoryRow {
+    fn history_row(&self, iterations: u64) -> CycleRow {
         let (base_force, base_torque) = self.held_by;
-        HistoryRow {
+        CycleRow {
             step: self.clock.cycles,
-            time_s: 0.0,
             depth_m: self.needle.pose().insert,
             tip: self.needle.tip(),
             base_force,
@@ -340,7 +339,7 @@ impl<M: Hyperelastic<2>> Insertion<M> {
             needle_nodes: self.shaft.nodes.len(),
             nodes: self.slab.mesh.n_vertices(),
             elements: self.slab.mesh.n_cells(),
-            ..HistoryRow::default()
+            ..CycleRow::default()
         }
     }
 }

@@ -1,0 +1,38 @@
+//! Frames for ParaView: the deformed mesh, and the needle.
+
+use crate::needle::Needle;
+use crate::picture::visible_shaft;
+use crate::simulation::Simulation;
+use std::path::Path;
+use stylet_mesh::SimplexMesh;
+use stylet_mesh::io::{Field, VtuData, write_vtu};
+use stylet_tissue::RunError;
+use stylet_tissue::output::{mesh_file_error, output_error};
+use stylet_tissue::simulation::FrameSeries;
+
+/// The body and the needle.
+pub(crate) const SERIES: &[FrameSeries] = &[FrameSeries::BODY, FrameSeries { name: "needle", prefix: "needle" }];
+
+/// Deformed mesh with `displacement` (m), `needle_node` (0 none, 1 slipping or loaded, 2 sticking), the first
+/// Piola-Kirchhoff stress `stress_p` (Pa: P11, P12, P21, P22) and `region`.
+pub(crate) fn write_body(simulation: &dyn Simulation, path: &Path) -> Result<(), RunError> {
+    let mesh = simulation.mesh();
+    let mut on_needle = vec![0.0; mesh.n_vertex_slots()];
+    for (vertex, sticks) in simulation.needle_nodes() {
+        on_needle[vertex.index()] = if sticks { 2.0 } else { 1.0 };
+    }
+    let stresses = simulation.stresses();
+    let data = VtuData {
+        displacement: Some(simulation.displacement()),
+        point_fields: &[Field { name: "needle_node", components: 1, values: &on_needle }],
+        cell_fields: &[Field { name: "stress_p", components: 4, values: stresses.as_flattened() }],
+    };
+    write_vtu(mesh, path, &data).map_err(|e| mesh_file_error(path, e))
+}
+
+/// The needle as one line, from a point before the slab to the tip.
+pub(crate) fn write_needle(simulation: &dyn Simulation, needle: &Needle, path: &Path) -> Result<(), RunError> {
+    let ends = visible_shaft(needle, simulation.scene().mesh.side);
+    let line = SimplexMesh::<2, 2>::new(ends.to_vec(), vec![[0, 1]]).map_err(|e| output_error(path, e))?;
+    write_vtu(&line, path, &VtuData::default()).map_err(|e| mesh_file_error(path, e))
+}
