@@ -1,6 +1,7 @@
 //! A needle that has come out leaves nothing behind, and a needle at rest changes nothing.
 
 use stylet_needle::builtin;
+use stylet_needle::history::depth_and_force;
 use stylet_needle::insertion::Insertion;
 use stylet_needle::shaft::ShaftFriction;
 use stylet_needle::slab::Slab;
@@ -24,9 +25,10 @@ fn insert_pause_and_withdraw_leaves_a_slab_at_rest() {
         while !run.finished() {
             let row = run.step().unwrap();
             peak = peak.max(run.strain_energy());
-            most = most.max(row.base_force[0]);
-            least = least.min(row.base_force[0]);
-            if (row.depth_m - 0.07).abs() < 1e-12 {
+            let (depth, force) = depth_and_force::<2>(&row);
+            most = most.max(force[0]);
+            least = least.min(force[0]);
+            if (depth - 0.07).abs() < 1e-12 {
                 let here = run.displacement().to_vec();
                 idle = if paused_at.as_ref() == Some(&here) { idle + 1 } else { 0 };
                 paused_at = Some(here);

@@ -79,6 +79,13 @@ pub struct Hold<const D: usize> {
     pub moment: [f64; 3],
 }
 
+impl<const D: usize> Hold<D> {
+    /// The components of the moment that there are: one in the plane, three in space.
+    pub fn moment_components(&self) -> &[f64] {
+        if D == 2 { &self.moment[2..] } else { &self.moment }
+    }
+}
+
 impl<const D: usize> Default for Hold<D> {
     fn default() -> Self {
         Self { force: [0.0; D], moment: [0.0; 3] }

@@ -11,6 +11,7 @@ mod tip_region;
 pub use state::InsertionState;
 
 use crate::error::NeedleError;
+use crate::history::CycleRow;
 use crate::motion::Motion;
 use crate::needle::{Needle, OnNeedle};
 use crate::relocate;
@@ -18,7 +19,6 @@ use crate::scene::{Fineness, FrictionStage, NeedleStage, Rearrange, Scene};
 use crate::shaft::{Hold, Shaft, ShaftFriction};
 use crate::slab::{Slab, solve_error};
 use crate::stages::{Stage, Stages};
-use crate::summary::HistoryRow;
 use crate::surface::Surface;
 use crate::tip::{Tip, deformed, follow};
 use serde::{Deserialize, Serialize};
@@ -182,7 +182,7 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Insertion<D, N, M> {
     ///
     /// # Errors
     /// [`NeedleError`] that names the cycle; the state is then the last one reached.
-    pub fn cycle(&mut self, stages: &mut Stages) -> Result<HistoryRow, NeedleError> {
+    pub fn cycle(&mut self, stages: &mut Stages) -> Result<CycleRow<D>, NeedleError> {
         self.clock.cycles += 1;
         let since = Instant::now();
         let settled = !self.clock.changed;
@@ -335,25 +335,17 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Insertion<D, N, M> {
         Ok(())
     }
 
-    fn history_row(&self, iterations: u64) -> HistoryRow {
-        let Hold { force, moment } = self.held_by;
-        HistoryRow {
+    fn history_row(&self, iterations: u64) -> CycleRow<D> {
+        CycleRow {
             step: self.clock.cycles,
-            time_s: 0.0,
             depth_m: self.needle.pose().insert,
-            tip: plane(self.needle.tip()),
-            base_force: plane(force),
-            base_torque: moment[2],
+            tip: self.needle.tip(),
+            held_by: self.held_by,
             iterations,
             cycles: self.clock.settling as u64,
             needle_nodes: self.shaft.nodes.len(),
             nodes: self.slab.mesh.n_vertices(),
             elements: self.slab.mesh.n_cells(),
-            ..HistoryRow::default()
         }
     }
-}
-
-fn plane<const D: usize>(p: [f64; D]) -> [f64; 2] {
-    [p[0], p[1]]
 }
