@@ -21,7 +21,9 @@ fn reason(scene: &Scene) -> Result<(), String> {
         return Err(format!("mesh.h_ref: found {}, expected at least mesh.h_start = {}", mesh.h_ref, mesh.h_start));
     }
     if mesh.kind == Tissue::Slab && matches!(scene.support.clamped, Side::Front | Side::Back) {
-        return Err("support.clamped: found a side that a slab does not have, expected left, right, bottom or top".into());
+        return Err(
+            "support.clamped: found a side that a slab does not have, expected left, right, bottom or top".into()
+        );
     }
     if scene.solver.method == Some(Method::Cg) && scene.material.model != Model::Linear {
         return Err("solver.method: found cg, expected nonlinear-cg or newton-cg for a nonlinear material.model".into());
@@ -63,7 +65,9 @@ fn check_shaft(scene: &Scene, needle: &NeedleStage) -> Result<(), String> {
         _ => {}
     }
     if radius > 0.0 && needle.relocate {
-        return Err("needle.relocate: found true for a needle with a radius, expected false or needle.radius = 0".into());
+        return Err(
+            "needle.relocate: found true for a needle with a radius, expected false or needle.radius = 0".into()
+        );
     }
     let (found, expected) = (needle.entry.len(), scene.mesh.dimensions());
     if found != expected {
@@ -173,7 +177,10 @@ fn check_motion<const D: usize>(scene: &Scene, needle: &NeedleStage) -> Result<(
 pub fn check_probes(scene: &Scene, probes: &[Vec<f64>]) -> Result<(), NeedleError> {
     let side = scene.mesh.side;
     match probes.iter().find(|at| !at.iter().all(|x| (0.0..=side).contains(x))) {
-        Some(at) => Err(NeedleError::Probe { at: at.clone(), body: format!("{}, 0 to {side} m each way", name(scene.mesh.kind)) }),
+        Some(at) => Err(NeedleError::Probe {
+            at: at.clone(),
+            body: format!("{}, 0 to {side} m each way", name(scene.mesh.kind)),
+        }),
         None => Ok(()),
     }
 }

@@ -118,7 +118,12 @@ macro_rules! key {
 }
 
 const STAGES: &[Stage<Scene>] = &[
-    Stage { name: "mesh", meaning: "a square slab of right triangles, or a cube of tetrahedra", required: false, enable: |_| {} },
+    Stage {
+        name: "mesh",
+        meaning: "a square slab of right triangles, or a cube of tetrahedra",
+        required: false,
+        enable: |_| {},
+    },
     Stage { name: "material", meaning: "the tissue; a slab is in plane stress", required: false, enable: |_| {} },
     Stage { name: "support", meaning: "how the tissue is held", required: false, enable: |_| {} },
     Stage { name: "solver", meaning: "how an equilibrium is found", required: false, enable: |_| {} },

@@ -2,9 +2,9 @@
 
 use crate::history::depth_and_force;
 use crate::needle::{Needle, Vec2, along, dot};
-use crate::solid_picture;
 use crate::scene::Method;
 use crate::simulation::Simulation;
+use crate::solid_picture;
 use crate::tip::deformed;
 use std::path::Path;
 use stylet_mesh::VertexId;

@@ -103,7 +103,9 @@ fn open_cube(
     check(scene, Tissue::Cube)?;
     match scene.material.model {
         Model::Linear => Run::open(scene, law(scene, Linear::from_young_poisson)?, threads, state),
-        Model::StVenantKirchhoff => Run::open(scene, law(scene, StVenantKirchhoff::from_young_poisson)?, threads, state),
+        Model::StVenantKirchhoff => {
+            Run::open(scene, law(scene, StVenantKirchhoff::from_young_poisson)?, threads, state)
+        }
         Model::NeoHookean => Run::open(scene, law(scene, NeoHookean::from_young_poisson)?, threads, state),
     }
 }

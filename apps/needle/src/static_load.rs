@@ -95,7 +95,7 @@ fn from_entry(density: &LineDensity, depth: f64) -> Vec<(f64, f64)> {
 fn nodes_along<const D: usize, const N: usize, M: Hyperelastic<D>>(
     slab: &Slab<D, N, M>,
     entry: [f64; D],
- needle: &Needle<D>,
+    needle: &Needle<D>,
 ) -> Vec<VertexId> {
     let rest = vec![0.0; slab.u.len()];
     let mut crossed = Vec::new();

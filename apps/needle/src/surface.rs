@@ -29,7 +29,8 @@ pub struct Surface {
 
 impl Surface {
     /// Sets the share of each node, m: the area that belongs to it over the circumference of the shaft. Nodes are ordered
-    /// from the tip backwards; shares sum up to the length from the first to the last.
+    /// from the tip backwards; shares sum up to the length from the tip to the last of them, of a line from the first to the
+    /// last.
     ///
     /// Source of the weights: Shepard, *A two-dimensional interpolation function for irregularly-spaced data*, Proc. 23rd
     /// ACM National Conference (1968), in their local form.
@@ -38,8 +39,7 @@ impl Surface {
             return share_out_line(nodes);
         }
         nodes.iter_mut().for_each(|node| node.share = 0.0);
-        let [Some(first), Some(last)] = [nodes.first(), nodes.last()] else { return };
-        let (start, length) = (first.place.behind, last.place.behind - first.place.behind);
+        let Some(length) = nodes.last().map(|last| last.place.behind.max(0.0)) else { return };
         let rings = (RINGS_PER_REACH * length / self.reach).ceil().clamp(1.0, MOST_RINGS);
         let directions: [(f64, f64); AROUND] = std::array::from_fn(|k| {
             let angle = std::f64::consts::TAU * (k as f64 + 0.5) / AROUND as f64;
@@ -48,7 +48,7 @@ impl Surface {
         let piece = length / rings / AROUND as f64;
         let mut window = 0..0;
         for ring in 0..rings as usize {
-            let behind = start + length * (ring as f64 + 0.5) / rings;
+            let behind = length * (ring as f64 + 0.5) / rings;
             while nodes.get(window.start).is_some_and(|node| node.place.behind < behind - self.reach) {
                 window.start += 1;
             }
@@ -78,6 +78,7 @@ impl Surface {
             return;
         }
         // Where the needle has run away from its nodes: those next to the piece along the shaft, by how near they are.
+        // Ahead of the first node it is that one's.
         let after = nodes.partition_point(|node| node.place.behind < at.behind).min(nodes.len() - 1);
         let before = after.saturating_sub(1);
         let gap = nodes[after].place.behind - nodes[before].place.behind;
@@ -172,8 +173,8 @@ mod tests {
             assert!(before.iter().zip(&now).all(|(a, b)| (a - b).abs() < 2e-6), "{before:?} {now:?}");
             before = now;
         }
-        let mut one = shaft(&[(1e-3, 0.0, 0.0)]);
+        let mut one = shaft(&[(9e-3, 0.0, 0.0)]);
         surface.share_out(&mut one.nodes);
-        assert_eq!(one.nodes[0].share, 0.0);
+        assert!((one.nodes[0].share - 9e-3).abs() < 1e-15, "a node alone bears all from the tip on");
     }
 }

@@ -122,21 +122,29 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Insertion<D, N, M> {
         touching.iter().for_each(|cell| seen[cell.index()] = false);
     }
 
-    /// Takes note of the nodes of the cells that were touched last that are within the needle's radius.
+    /// Takes note of the nodes of the cells that were touched last that form the needle in the mesh: those within its
+    /// radius, and of each edge through its surface the end that is nearer to the surface. So the jagged surface of these
+    /// nodes lies on either side of the needle's.
     fn note_within_radius(&mut self) {
         if self.friction.surface.radius == 0.0 {
             return;
         }
-        let Scratch { touching, near, .. } = &mut self.scratch;
-        near.clear();
-        near.extend(touching.iter().flat_map(|&cell| self.slab.mesh.cell(cell)));
-        near.sort_unstable();
-        near.dedup();
+        let radius = self.friction.surface.radius;
+        self.scratch.near.clear();
+        for index in 0..self.scratch.touching.len() {
+            let vertices = self.slab.mesh.cell(self.scratch.touching[index]);
+            let places = vertices.map(|v| self.needle.frame_of(deformed(&self.slab.mesh, &self.slab.u, v)));
+            // How far each corner is within the surface; negative outside.
+            let depth = places.map(|place| radius * ON_SURFACE - place.from_axis());
+            let is_nearer = |a: usize| (0..N).any(|b| depth[b] >= 0.0 && -depth[a] < depth[b]);
+            let too_far = -self.forgotten_ahead();
+            let forms_needle = |a: &usize| places[*a].behind > too_far && (depth[*a] >= 0.0 || is_nearer(*a));
+            self.scratch.near.extend((0..N).filter(forms_needle).map(|a| vertices[a]));
+        }
+        self.scratch.near.sort_unstable();
+        self.scratch.near.dedup();
         for index in 0..self.scratch.near.len() {
-            let vertex = self.scratch.near[index];
-            if self.is_within_radius(vertex) {
-                self.note_ahead(vertex);
-            }
+            self.note_ahead(self.scratch.near[index]);
         }
     }
 
