@@ -104,7 +104,14 @@ fn a_needle_that_has_come_out_leaves_a_cube_at_rest() {
 #[test]
 fn base_force_and_support_are_in_balance() {
     fn check<M: Hyperelastic<3>>(material: M, model: &str) {
-        let scene = scene(&["mesh.fold=18", "needle.depth=0.04", "needle.speed=1", "solver.tolerance=1e-10", model]);
+        let scene = scene(&[
+            "mesh.fold=18",
+            "needle.depth=0.04",
+            "needle.speed=1",
+            "solver.tolerance=1e-10",
+            "solver.round_off=0",
+            model,
+        ]);
         let friction = scene.needle.as_ref().unwrap().line_density().unwrap();
         let mut insertion = insertion(&scene, material);
         let (mut slipped, mut stuck) = (0, 0);
@@ -141,16 +148,24 @@ fn base_force_and_support_are_in_balance() {
 fn without_friction_the_needle_slides_freely() {
     for model in ["material.model=linear", NEO_HOOKEAN] {
         for fold in ["mesh.fold=12", "mesh.fold=18"] {
-            let keys = ["needle.density=[{distance=0, force=0}]", "solver.tolerance=1e-10", model, fold];
+            let friction = "needle.density=[{distance=0, force=0}]";
+            let keys =
+                [friction, "solver.tolerance=1e-10", "needle.rearrange=settle", "needle.depth=0.04", model, fold];
             let mut run = start_cube(&keys, 1).unwrap();
+            let mut last: Option<(f64, [f64; 3])> = None;
             while !run.finished() {
-                let (_, force) = depth_and_force::<3>(&run.step().unwrap());
-                assert!(force.iter().all(|f| f.abs() < 1e-9), "{keys:?}: {force:?} N");
+                let (depth, force) = depth_and_force::<3>(&run.step().unwrap());
+                // A node that was just taken sticks until it is judged: what counts is the last cycle of a position.
+                if let Some((before, force)) = last.filter(|(before, _)| *before != depth) {
+                    assert!(force.iter().all(|f| f.abs() < 1e-9), "{keys:?}: {force:?} N at {before} m");
+                }
+                last = Some((depth, force));
             }
+            assert!(last.unwrap().1.iter().all(|f| f.abs() < 1e-9), "{keys:?}: {last:?}");
             let summary = run.summary(&[]);
             let needle = summary.needle.as_ref().unwrap();
-            assert!(summary.converged && needle.nodes > 5, "{keys:?}: {summary:?}");
-            assert!((needle.tip_reference[0] - 0.065).abs() < 1e-9, "{keys:?}: {needle:?}");
+            assert!(summary.converged && needle.nodes > 4, "{keys:?}: {summary:?}");
+            assert!((needle.tip_reference[0] - 0.04).abs() < 1e-9, "{keys:?}: {needle:?}");
         }
     }
 }
@@ -166,9 +181,9 @@ fn with_endless_friction_the_needle_drags_the_tissue_along() {
         assert!(summary.converged && needle.nodes > 5, "{model}: {needle:?}");
         assert_eq!(needle.sticking, needle.nodes, "{model}: {needle:?}");
         // What was at the skin goes with the needle from the first cycle on.
-        let skin = run.needle_nodes().last().unwrap().0;
-        let way = run.displacement()[3 * skin.index()];
-        assert!(way > 0.018 && needle.base_force[0] > 2.0, "{model}: skin moved by {way} m, {needle:?}");
+        let moved = run.needle_nodes().into_iter().map(|(vertex, _)| run.displacement()[3 * vertex.index()]);
+        let way = moved.fold(0.0, f64::max);
+        assert!(way > 0.019 && needle.base_force[0] > 2.0, "{model}: skin moved by {way} m, {needle:?}");
     }
 }
 

@@ -60,7 +60,7 @@ fn shaft<const D: usize, const N: usize>(
     SpaceLine {
         points: [start, end].map(space).to_vec(),
         colour: Colour::INK,
-        label: if solid { "needle; in the mesh its jagged surface, grey" } else { "needle and tip" }.to_owned(),
+        label: if solid { "needle, grey in the mesh" } else { "needle and tip" }.to_owned(),
         tip: !solid,
         ..SpaceLine::default()
     }

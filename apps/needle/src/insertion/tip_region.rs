@@ -15,11 +15,11 @@ use stylet_physics::material::Hyperelastic;
 const ON_SURFACE: f64 = 1.0 + 1e-9;
 
 impl<const D: usize, const N: usize, M: Hyperelastic<D>> Insertion<D, N, M> {
-    /// Follows the tip to its place in the last equilibrium, and refines the cells that it touches there; of a needle with a
-    /// radius, those that it touches on its way.
+    /// Follows the tip to its place in the last equilibrium, and refines the cells that it touches there; in a cube
+    /// those that the needle touches on its way.
     pub(super) fn locate_and_refine(&mut self, stages: &mut Stages, since: &mut Instant) -> Result<bool, NeedleError> {
-        // The nodes of a coarse mesh are far from a needle with a radius: it refines before it takes note of them.
-        let refined_before = if self.friction.surface.radius > 0.0 {
+        // The nodes of a start mesh of a few cells are far from the needle: it refines before it takes note of them.
+        let refined_before = if matches!(self.fineness, Fineness::Fold(_)) {
             let refined = self.refine_along_the_way()?;
             *since = if refined { stages.lap(Stage::Refine, *since) } else { stages.lap_on(Stage::Refine, *since) };
             refined
