@@ -78,7 +78,7 @@ pub(crate) fn crossing_inwards<const D: usize, const N: usize>(
     let on_j = volume(start, edges[1], way) / volume(edges[0], edges[1], way);
     let on_k = volume(edges[0], start, way) / volume(edges[0], edges[1], way);
     (weights[i], weights[j], weights[k]) = (1.0 - on_j - on_k, on_j, on_k);
-    if [i, j, k].iter().any(|&v| !(weights[v] >= -slack)) {
+    if ![i, j, k].iter().all(|&v| weights[v] >= -slack) {
         return None;
     }
     Some(Crossing { on_way, weights, nearest: nearest_corner(corners, facet, along(from, on_way, way)) })
