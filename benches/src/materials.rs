@@ -87,9 +87,10 @@ fn drive(model: &'static str, speed: f64, options: &BenchOptions) -> Result<Run,
             }
             Ok(row) => {
                 if row.step % 20 == 1 {
-                    this.tip_path.extend(this.run.summary(&[]).needle.map(|needle| needle.tip_reference));
+                    this.tip_path.extend(tip_reference(&*this.run));
                 }
-                this.force.push((1e3 * row.depth_m, row.base_force[0]));
+                let (depth, force) = stylet_needle::history::depth_and_force::<2>(&row);
+                this.force.push((1e3 * depth, force[0]));
                 this.most = this.most.max(row.iterations);
             }
         }
@@ -206,4 +207,9 @@ fn forces(runs: &[Run]) -> Chart {
         series: runs.iter().map(series).collect(),
         ..Chart::default()
     }
+}
+
+/// Where the tip is in the undeformed slab, m.
+fn tip_reference(run: &dyn Simulation) -> Option<[f64; 2]> {
+    run.summary(&[]).needle?.tip_reference.try_into().ok()
 }

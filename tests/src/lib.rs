@@ -1,16 +1,32 @@
 //! Validation across crates: published tables, exact solutions, determinism and stability. The tests are in `tests/`;
 //! this library holds what several of them share.
 
-use stylet_needle::simulation::{self, Simulation};
+use stylet_needle::simulation;
 use stylet_needle::{NeedleError, builtin};
+use stylet_tissue::Simulation;
 
-/// A built-in scene with assignments on top, at its start.
+/// A built-in scene of a slab with assignments on top, at its start.
 ///
 /// # Errors
 /// [`NeedleError`] of the scene.
-pub fn start(scene: &str, assignments: &[&str], threads: usize) -> Result<Box<dyn Simulation>, NeedleError> {
-    let assignments: Vec<String> = assignments.iter().map(|a| (*a).to_owned()).collect();
-    simulation::start(&builtin::open(scene, &assignments)?, threads)
+pub fn start(
+    scene: &str,
+    assignments: &[&str],
+    threads: usize,
+) -> Result<Box<dyn simulation::Simulation>, NeedleError> {
+    simulation::start(&builtin::open(scene, &owned(assignments))?, threads)
+}
+
+/// The built-in scene of a cube with assignments on top, at its start.
+///
+/// # Errors
+/// [`NeedleError`] of the scene.
+pub fn start_cube(assignments: &[&str], threads: usize) -> Result<Box<dyn simulation::Simulation<3, 4>>, NeedleError> {
+    simulation::start_cube(&builtin::open("cube3d-insertion", &owned(assignments))?, threads)
+}
+
+fn owned(assignments: &[&str]) -> Vec<String> {
+    assignments.iter().map(|a| (*a).to_owned()).collect()
 }
 
 /// Runs to the end.

@@ -46,12 +46,12 @@ fn a_resumed_run_ends_on_the_same_bits() {
         while !whole.finished() {
             whole.step().unwrap();
             if [1, 7, 20, 33].contains(&whole.steps()) {
-                states.push((whole.steps(), whole.save().to_bytes().unwrap()));
+                states.push((whole.steps(), whole.save().unwrap()));
             }
         }
         assert!(states.len() >= 3, "{scene}: {} steps", whole.steps());
         for (at, state) in states {
-            let mut resumed = simulation::resume(State::from_bytes(&state).unwrap(), 1).unwrap();
+            let mut resumed = simulation::resume(State::from_saved(&state).unwrap(), 1).unwrap();
             assert_eq!(resumed.steps(), at);
             finish(&mut *resumed).unwrap();
             assert_eq!(resumed.steps(), whole.steps(), "{scene} {keys:?} from {at}");

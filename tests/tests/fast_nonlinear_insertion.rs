@@ -19,7 +19,7 @@ fn settled_neo_hookean_insertions_end_alike_at_any_speed() {
         let mut run = start("slab2d-insertion", &keys.each_ref().map(String::as_str), 1).unwrap();
         finish(&mut *run).unwrap_or_else(|error| panic!("speed {speed}, h{h_ref}: {error}"));
         let summary = run.summary(&[]);
-        let needle = summary.needle.unwrap();
+        let needle = summary.needle.clone().unwrap();
         assert!(summary.converged && summary.quality.inverted_elements == 0, "{summary:?}");
         assert_eq!(needle.tip, [0.03, 0.05]);
         // Between the dynamic and the static limit of the shaft in the tissue.

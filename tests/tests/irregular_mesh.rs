@@ -59,7 +59,7 @@ fn insert(
         assert!(nodes.iter().all(|node| node.place.behind > 0.0 && node.place.perpendicular.abs() < 0.01));
     }
     insertion.slab.mesh.check_invariants().unwrap();
-    (insertion.shaft.base_force(&insertion.needle).0[0], insertion.tip_reference(), insertion.shaft.nodes.len())
+    (insertion.shaft.base_force(&insertion.needle).force[0], insertion.tip_reference(), insertion.shaft.nodes.len())
 }
 
 #[test]

@@ -42,7 +42,7 @@ fn insertions_take_the_cycles_and_iterations_of_table_6_5() {
         let mut run = start("slab2d-insertion", &[&keys[0], &keys[1]], 1).unwrap();
         finish(&mut *run).unwrap();
         let summary = run.summary(&[]);
-        let needle = summary.needle.unwrap();
+        let needle = summary.needle.clone().unwrap();
         let case = format!("h{h_ref} at {speed}: {summary:?}");
         assert!(summary.converged, "{case}");
         assert!((needle.rearrangements as f64 / cycles - 1.0).abs() < 0.1, "{case}");

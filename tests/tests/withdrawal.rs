@@ -1,10 +1,12 @@
 //! A needle that has come out leaves nothing behind, and a needle at rest changes nothing.
 
 use stylet_needle::builtin;
+use stylet_needle::history::depth_and_force;
 use stylet_needle::insertion::Insertion;
 use stylet_needle::shaft::ShaftFriction;
 use stylet_needle::slab::Slab;
 use stylet_needle::stages::Stages;
+use stylet_needle::surface::Surface;
 use stylet_physics::friction::{FrictionState, Law};
 use stylet_physics::material::{Linear, PlaneStress};
 use stylet_tests::start;
@@ -24,9 +26,10 @@ fn insert_pause_and_withdraw_leaves_a_slab_at_rest() {
         while !run.finished() {
             let row = run.step().unwrap();
             peak = peak.max(run.strain_energy());
-            most = most.max(row.base_force[0]);
-            least = least.min(row.base_force[0]);
-            if (row.depth_m - 0.07).abs() < 1e-12 {
+            let (depth, force) = depth_and_force::<2>(&row);
+            most = most.max(force[0]);
+            least = least.min(force[0]);
+            if (depth - 0.07).abs() < 1e-12 {
                 let here = run.displacement().to_vec();
                 idle = if paused_at.as_ref() == Some(&here) { idle + 1 } else { 0 };
                 paused_at = Some(here);
@@ -52,11 +55,16 @@ fn settled_states_of_equal_limits_obey_coulomb() {
     let (stage, friction) = (scene.needle.clone().unwrap(), scene.friction.clone().unwrap());
     let material = PlaneStress::new(Linear::from_young_poisson(34e3, 0.34).unwrap());
     let mut stages = Stages::default();
-    let slab = Slab::new(&scene, material, 1, &mut stages).unwrap();
+    let slab = Slab::<2, 3, _>::new(&scene, material, 1, &mut stages).unwrap();
     let mut insertion = Insertion::new(&scene, &stage, &friction, slab).unwrap();
     let density = stage.line_density().unwrap();
     let law = Law { restick: friction.restick, reversal: 0.0 };
-    let limits = ShaftFriction { density: density.clone(), static_ratio: 1.0, law };
+    let limits = ShaftFriction {
+        density: density.clone(),
+        static_ratio: 1.0,
+        law,
+        surface: Surface { radius: 0.0, reach: 1.0 },
+    };
     let mut settled = 0;
     while !insertion.finished() {
         insertion.cycle(&mut stages).unwrap();
@@ -84,11 +92,11 @@ fn settled_states_of_equal_limits_obey_coulomb() {
                 }
             }
         }
-        let (force, _) = insertion.held_by();
+        let force = insertion.held_by().force;
         assert!(force[0] <= density.total(insertion.needle.pose().insert) + 1e-3, "{force:?} at position {settled}");
     }
     let slipping = insertion.shaft.nodes.iter().filter(|node| !node.sticks()).count();
-    let (force, _) = insertion.held_by();
+    let force = insertion.held_by().force;
     assert!(settled > 80, "{settled} settled positions");
     assert!(2 * slipping > insertion.shaft.nodes.len(), "{slipping} of {} slip", insertion.shaft.nodes.len());
     assert!((2.5..3.195).contains(&force[0]), "{force:?}");

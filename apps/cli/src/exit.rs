@@ -1,6 +1,6 @@
 //! How the program ends.
 
-use stylet_needle::NeedleError;
+use stylet_tissue::RunError;
 
 /// Exit codes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -32,8 +32,8 @@ impl Failure {
     }
 }
 
-impl From<NeedleError> for Failure {
-    fn from(error: NeedleError) -> Self {
+impl From<RunError> for Failure {
+    fn from(error: RunError) -> Self {
         let exit = if error.is_bad_input() { Exit::BadInput } else { Exit::NotConverged };
         Self { line: error.to_string(), exit }
     }

@@ -2,12 +2,12 @@
 
 use crate::exit::Failure;
 
-/// The points of a scene in `D` dimensions.
+/// The points of a scene in `dim` dimensions.
 ///
 /// # Errors
 /// Not as many finite numbers as the scene has dimensions.
-pub fn parse<const D: usize>(texts: &[String]) -> Result<Vec<[f64; D]>, Failure> {
-    texts.iter().map(|text| point(text).map_err(|reason| refuse::<D>(text, &reason))).collect()
+pub fn parse(texts: &[String], dim: usize) -> Result<Vec<Vec<f64>>, Failure> {
+    texts.iter().map(|text| point(text, dim).map_err(|reason| refuse(text, dim, &reason))).collect()
 }
 
 /// Finite numbers with commas between them; an error says which part is none.
@@ -18,18 +18,18 @@ pub fn numbers(text: &str) -> Result<Vec<f64>, String> {
     numbers.map_err(|part| if parts.len() == 1 { text.to_owned() } else { format!("`{part}` in {text}") })
 }
 
-fn point<const D: usize>(text: &str) -> Result<[f64; D], String> {
+fn point(text: &str, dim: usize) -> Result<Vec<f64>, String> {
     let numbers = numbers(text)?;
     let n = numbers.len();
     let plural = if n == 1 { "" } else { "s" };
-    numbers.try_into().map_err(|_| format!("{n} number{plural} in {text}"))
+    if n == dim { Ok(numbers) } else { Err(format!("{n} number{plural} in {text}")) }
 }
 
-fn refuse<const D: usize>(text: &str, found: &str) -> Failure {
-    let names = &["x", "y", "z"][..D.min(3)];
+fn refuse(text: &str, dim: usize, found: &str) -> Failure {
+    let names = &["x", "y", "z"][..dim.min(3)];
     let found = if text.is_empty() { "nothing" } else { found };
     Failure::bad_input(format!(
-        "--probe: found {found}, expected {} in m: the scene has {D} dimensions",
+        "--probe: found {found}, expected {} in m: the scene has {dim} dimensions",
         names.join(",")
     ))
 }
@@ -40,8 +40,8 @@ mod tests {
 
     #[test]
     fn points_have_as_many_finite_numbers_as_the_scene_has_dimensions() {
-        let parse_one = |text: &str| parse::<2>(&[text.to_owned()]).map_err(|failure| failure.line);
-        assert_eq!(parse_one("0.05, -1e-3"), Ok(vec![[0.05, -1e-3]]));
+        let parse_one = |text: &str| parse(&[text.to_owned()], 2).map_err(|failure| failure.line);
+        assert_eq!(parse_one("0.05, -1e-3"), Ok(vec![vec![0.05, -1e-3]]));
         for (text, found) in [
             ("0.05", "found 1 number in 0.05,"),
             ("1,2,3", "found 3 numbers in 1,2,3,"),

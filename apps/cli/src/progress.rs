@@ -4,8 +4,8 @@ use crate::output;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::IsTerminal as _;
 use std::time::{Duration, Instant};
-use stylet_needle::simulation::Simulation;
-use stylet_needle::summary::HistoryRow;
+use stylet_tissue::Simulation;
+use stylet_tissue::history::HistoryRow;
 
 /// The bar is drawn ten times a second.
 const DRAW_AFTER: Duration = Duration::from_millis(100);
@@ -20,14 +20,14 @@ pub struct Progress(Meter);
 impl Progress {
     /// Begins to show the progress of a simulation.
     pub fn start(simulation: &dyn Simulation, quiet: bool) -> Self {
-        Self(Meter::start(&simulation.scene().name, Some(simulation.progress()), quiet))
+        Self(Meter::start(simulation.name(), Some(simulation.progress()), quiet))
     }
 
     /// Takes note of a cycle. Costs a glance at the clock unless something is to be shown.
     pub fn tick(&mut self, row: &HistoryRow, simulation: &dyn Simulation) {
         self.0.tick(|| Place {
             share: Some(simulation.progress()),
-            text: format!("cycle {}, {:.1} mm in, {} triangles", row.step, 1e3 * row.depth_m, row.elements),
+            text: simulation.place(row),
             is_last: simulation.finished(),
         });
     }

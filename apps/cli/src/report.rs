@@ -2,8 +2,8 @@
 
 use std::fmt::Write as _;
 use std::path::Path;
-use stylet_needle::stages::WITHIN_SOLVE;
-use stylet_needle::summary::{NeedleSummary, Summary};
+use stylet_tissue::stages::WITHIN_SOLVE;
+use stylet_tissue::summary::{NeedleSummary, Summary};
 
 /// The summary as text: what came out, where the time went, where the files are.
 pub fn text(summary: &Summary, folder: Option<&Path>) -> String {
@@ -33,10 +33,16 @@ fn headline(summary: &Summary) -> String {
         (None, false, true) => "stopped early",
         (None, false, false) => "NOT converged",
     };
-    let cycles = if summary.steps == 1 { "1 cycle".to_owned() } else { format!("{} cycles", summary.steps) };
+    let step = step_word(summary);
+    let steps = if summary.steps == 1 { format!("1 {step}") } else { format!("{} {step}s", summary.steps) };
     let threads = if summary.threads == 1 { "1 thread".to_owned() } else { format!("{} threads", summary.threads) };
-    let rate = if summary.steps > 1 { format!("{:.0} cycles/s, ", summary.update_hz) } else { String::new() };
-    format!("{}: {outcome}, {cycles} in {} ({rate}up to {threads})\n\n", summary.scene, seconds(summary.wall_s))
+    let rate = if summary.steps > 1 { format!("{:.0} {step}s/s, ", summary.update_hz) } else { String::new() };
+    format!("{}: {outcome}, {steps} in {} ({rate}up to {threads})\n\n", summary.scene, seconds(summary.wall_s))
+}
+
+/// What a step of this run is called.
+pub fn step_word(summary: &Summary) -> &'static str {
+    if summary.needle.is_some() { "cycle" } else { "step" }
 }
 
 fn seconds(s: f64) -> String {
@@ -70,23 +76,23 @@ fn facts(summary: &Summary) -> Vec<(&'static str, String)> {
     ));
     if solver.unconverged_solves > 0 {
         let (count, first) = (solver.unconverged_solves, solver.first_unconverged_cycle);
-        facts.push(("NOT converged", format!("{count} solves, the first in cycle {first}")));
+        facts.push(("NOT converged", format!("{count} solves, the first in {} {first}", step_word(summary))));
     }
     for probe in &summary.probes {
-        let [x, y] = probe.at;
-        facts.push(("probe", format!("({x}, {y}) m moved by {}", millimetres(probe.displacement, 4))));
+        let at: Vec<String> = probe.at.iter().map(f64::to_string).collect();
+        facts.push(("probe", format!("({}) m moved by {}", at.join(", "), millimetres(&probe.displacement, 4))));
     }
     facts
 }
 
 fn needle_facts(needle: &NeedleSummary, facts: &mut Vec<(&'static str, String)>) {
-    let tip = millimetres(needle.tip, 2);
+    let tip = millimetres(&needle.tip, 2);
     // A static load has no base that could be held, and acts on the undeformed slab.
     if needle.rearrangements > 0 {
-        let reference = millimetres(needle.tip_reference, 2);
+        let reference = millimetres(&needle.tip_reference, 2);
         facts.push(("needle tip", format!("at {tip}, in tissue that was at {reference} before")));
-        let ([x, y], [moment]) = (needle.base_force, needle.base_torque);
-        facts.push(("base force", format!("({}, {}) N, moment {} N m", fixed(x, 3), fixed(y, 3), fixed(moment, 5))));
+        let (force, moment) = (tuple(&needle.base_force, 3), tuple(&needle.base_torque, 5));
+        facts.push(("base force", format!("{force} N, moment {moment} N m")));
         facts.push(("needle nodes", format!("{}, of which {} stick", needle.nodes, needle.sticking)));
     } else {
         facts.push(("needle tip", format!("at {tip} in the undeformed slab")));
@@ -94,8 +100,15 @@ fn needle_facts(needle: &NeedleSummary, facts: &mut Vec<(&'static str, String)>)
     }
 }
 
-fn millimetres([x, y]: [f64; 2], digits: usize) -> String {
-    format!("({}, {}) mm", fixed(1e3 * x, digits), fixed(1e3 * y, digits))
+fn millimetres(metres: &[f64], digits: usize) -> String {
+    let scaled: Vec<f64> = metres.iter().map(|x| 1e3 * x).collect();
+    tuple(&scaled, digits) + " mm"
+}
+
+/// `(1.0, 2.0)`; a number alone has no brackets.
+fn tuple(numbers: &[f64], digits: usize) -> String {
+    let texts: Vec<String> = numbers.iter().map(|&x| fixed(x, digits)).collect();
+    if let [one] = &texts[..] { one.clone() } else { format!("({})", texts.join(", ")) }
 }
 
 /// A number with that many digits after the point; rounding errors do not show as `-0.000`.

@@ -3,15 +3,13 @@
 use crate::args::{RunArgs, threads_or_all};
 use crate::exit::{Exit, Failure};
 use crate::progress::Progress;
-use crate::{interrupt, output, probe, report};
+use crate::{interrupt, output, probe, report, scenes};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
-use stylet_needle::output::Recorder;
-use stylet_needle::scene::Scene;
-use stylet_needle::simulation::{self, Simulation};
-use stylet_needle::state::State;
-use stylet_needle::summary::Summary;
-use stylet_needle::{NeedleError, builtin, check};
+use stylet_tissue::output::Recorder;
+use stylet_tissue::state::State;
+use stylet_tissue::summary::Summary;
+use stylet_tissue::{RunError, Scenario, Simulation};
 
 /// Why the cycles ended.
 enum End {
@@ -20,9 +18,9 @@ enum End {
     /// Ctrl-C.
     Interrupted,
     /// A cycle that cannot be completed.
-    Failed(NeedleError),
+    Failed(RunError),
     /// A file that cannot be written any more.
-    Unwritable(NeedleError),
+    Unwritable(RunError),
 }
 
 /// Runs a scene and prints its summary.
@@ -30,11 +28,11 @@ enum End {
 /// # Errors
 /// Bad input, a run that cannot converge, Ctrl-C: one line and the exit code.
 pub fn execute(args: &RunArgs) -> Result<Exit, Failure> {
-    let scene = builtin::open(&args.scene, &args.set)?;
-    let probes = probe::parse::<2>(&args.probe)?;
-    check::check_probes(&scene, &probes)?;
+    let scene = scenes::open(&args.scene, &args.set)?;
+    let probes = probe::parse(&args.probe, scene.dim())?;
+    scene.check_probes(&probes)?;
     let stop = interrupt::flag();
-    let (mut simulation, mut recorder) = open(args, &scene)?;
+    let (mut simulation, mut recorder) = open(args, scene.as_ref())?;
     let end = cycles(simulation.as_mut(), recorder.as_mut(), args, &stop);
 
     let mut summary = simulation.summary(&probes);
@@ -52,23 +50,18 @@ pub fn execute(args: &RunArgs) -> Result<Exit, Failure> {
     let folder = recorder.as_ref().map(Recorder::folder);
     let text = if args.json { json(&summary)? } else { report::text(&summary, folder) };
     output::print(&text)?;
-    exit_of(end, written, &summary, &scene, folder)
+    exit_of(end, written, &summary, scene.as_ref(), folder)
 }
 
 /// The simulation, new or resumed, and what writes its files. The folder is made last: bad input leaves none behind.
-fn open(args: &RunArgs, scene: &Scene) -> Result<(Box<dyn Simulation>, Option<Recorder>), Failure> {
+fn open(args: &RunArgs, scene: &dyn Scenario) -> Result<(Box<dyn Simulation>, Option<Recorder>), Failure> {
     let threads = threads_or_all(args.threads);
     let (simulation, rows, frames) = match &args.resume {
-        None => (simulation::start(scene, threads)?, Vec::new(), Vec::new()),
+        None => (scene.start(threads)?, Vec::new(), Vec::new()),
         Some(path) => {
-            let mut state = State::read(path)?;
-            let refuse = |reason| NeedleError::State { path: path.display().to_string(), reason };
-            state.check_scene(scene).map_err(refuse)?;
-            // Name and output of the run are those of today.
-            state.scene = scene.clone();
-            let (mut rows, mut frames) = (std::mem::take(&mut state.rows), std::mem::take(&mut state.frames));
-            let resumed = simulation::resume(state, threads).map_err(|error| match error {
-                NeedleError::State { reason, .. } => refuse(reason),
+            let State { saved, mut rows, mut frames } = State::read(path)?;
+            let resumed = scene.resume(&saved, threads).map_err(|error| match error {
+                RunError::State { reason, .. } => RunError::State { path: path.display().to_string(), reason },
                 other => other,
             })?;
             // A static load is solved afresh, and comes to its one row again.
@@ -80,8 +73,9 @@ fn open(args: &RunArgs, scene: &Scene) -> Result<(Box<dyn Simulation>, Option<Re
     if args.no_files {
         return Ok((simulation, None));
     }
-    let folder = args.out.clone().unwrap_or_else(|| PathBuf::from("out").join(&scene.name));
-    let recorder = Recorder::resume(&folder, scene, args.save_state, rows, frames)?;
+    let folder = args.out.clone().unwrap_or_else(|| PathBuf::from("out").join(scene.name()));
+    let recorder =
+        Recorder::resume(&folder, &simulation.columns(), scene.frames_every(), args.save_state, rows, frames)?;
     Ok((simulation, Some(recorder)))
 }
 
@@ -120,9 +114,9 @@ fn cycles(
 /// while its files were written.
 fn exit_of(
     end: End,
-    written: Result<(), NeedleError>,
+    written: Result<(), RunError>,
     summary: &Summary,
-    scene: &Scene,
+    scene: &dyn Scenario,
     folder: Option<&Path>,
 ) -> Result<Exit, Failure> {
     let kept = folder.map_or(String::new(), |folder| format!("; files kept in {}", folder.display()));
@@ -140,7 +134,8 @@ fn exit_of(
                     folder.join(format!("state/step_{:06}.state", summary.steps)).display()
                 )
             });
-            let line = format!("{name}: stopped by Ctrl-C after cycle {}{resume}", summary.steps);
+            let line =
+                format!("{name}: stopped by Ctrl-C after {} {}{resume}", report::step_word(summary), summary.steps);
             Err(Failure { line, exit: Exit::Interrupted })
         }
         End::Reached => {
@@ -151,8 +146,9 @@ fn exit_of(
             }
             let solves = if count == 1 { "1 solve".to_owned() } else { format!("{count} solves") };
             let line = format!(
-                "{name}: {solves} did not reach solver.tolerance = {:e} within solver.max_iterations = {}, the first in cycle {first}{kept}",
-                scene.solver.tolerance, scene.solver.max_iterations
+                "{name}: {solves} did not reach {}, the first in {} {first}{kept}",
+                scene.unreached(),
+                report::step_word(summary)
             );
             Err(Failure { line, exit: Exit::NotConverged })
         }

@@ -3,8 +3,18 @@
 use crate::args::ScenesArgs;
 use crate::exit::{Exit, Failure};
 use crate::output;
-use stylet_needle::builtin::{SCENES, built_in};
+use stylet_needle::builtin::{self, SCENES, built_in};
 use stylet_needle::keys::TABLE;
+use stylet_tissue::{RunError, Scenario, source};
+
+/// Opens a built-in scene or a file, with `key=value` assignments on top.
+///
+/// # Errors
+/// [`RunError`] in one line: the file, the key or line, what was found and what was expected.
+pub fn open(name_or_path: &str, assignments: &[String]) -> Result<Box<dyn Scenario>, RunError> {
+    let source = source::find(name_or_path, SCENES)?;
+    Ok(Box::new(builtin::read(&source, assignments)?))
+}
 
 /// Prints what was asked for.
 ///

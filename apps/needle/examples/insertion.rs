@@ -2,9 +2,11 @@
 //!
 //! ```text
 //! cargo run --release -p stylet-needle --example insertion -- slab2d-insertion needle.speed=0.03 mesh.h_ref=7
+//! cargo run --release -p stylet-needle --example insertion -- cube3d-insertion mesh.fold=20 material.model=neo-hookean
 //! ```
 
-use stylet_needle::{NeedleError, builtin, simulation};
+use stylet_needle::{NeedleError, builtin};
+use stylet_tissue::Scenario;
 
 fn main() -> Result<(), NeedleError> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -13,22 +15,19 @@ fn main() -> Result<(), NeedleError> {
         None => ("slab2d-insertion", &[][..]),
     };
     let scene = builtin::open(name, assignments)?;
-    let mut run = simulation::start(&scene, 1)?;
+    let mut run = scene.start(2)?;
     while !run.finished() {
         run.step()?;
     }
     let summary = run.summary(&[]);
     println!("cycles                 {}", summary.steps);
     println!("iterations, mean/max   {:.2} / {}", summary.solver.iterations_mean, summary.solver.iterations_max);
-    println!("nodes, triangles       {}, {}", summary.nodes, summary.elements);
+    println!("nodes, cells           {}, {}", summary.nodes, summary.elements);
     println!("time                   {:.3} s, {:.0} cycles/s", summary.wall_s, summary.update_hz);
     if let Some(needle) = summary.needle {
-        println!(
-            "tip in the body        ({:.2}, {:.2}) mm",
-            1e3 * needle.tip_reference[0],
-            1e3 * needle.tip_reference[1]
-        );
-        println!("force at the base      {:.3} N", needle.base_force[0]);
+        let millimetres: Vec<f64> = needle.tip_reference.iter().map(|x| 1e3 * x).collect();
+        println!("tip in the body        {millimetres:.2?} mm");
+        println!("force at the base      {:.3?} N", needle.base_force);
         println!("needle nodes, sticking {}, {}", needle.nodes, needle.sticking);
     }
     for (stage, seconds, calls) in summary.stages.iter() {

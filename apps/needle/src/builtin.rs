@@ -3,21 +3,14 @@
 use crate::check;
 use crate::error::NeedleError;
 use crate::keys::TABLE;
-use crate::scene::Scene;
-use std::path::Path;
+use crate::scene::{Scene, Tissue};
+use crate::simulation;
+use crate::state::State;
+use stylet_tissue::source::{self, BuiltIn, Source};
+use stylet_tissue::state::{Saved, check_same_scene};
+use stylet_tissue::{Scenario, Simulation};
 
-/// A scene that comes with the program.
-#[derive(Clone, Copy, Debug)]
-pub struct BuiltIn {
-    /// Its name.
-    pub name: &'static str,
-    /// What it shows, in a line.
-    pub about: &'static str,
-    /// Its TOML.
-    pub toml: &'static str,
-}
-
-/// All scenes that come with the program.
+/// The needle scenes that come with the program.
 pub const SCENES: &[BuiltIn] = &[
     BuiltIn {
         name: "slab2d-static",
@@ -39,6 +32,11 @@ pub const SCENES: &[BuiltIn] = &[
         about: "a needle pushed sideways into a standing slab: large deformations (Fig 6.12)",
         toml: include_str!("../scenes/slab2d-sideways.toml"),
     },
+    BuiltIn {
+        name: "cube3d-insertion",
+        about: "a needle of 1 mm radius pushed 65 mm into a cube that refines itself around it (Figs 6.13 and 6.14)",
+        toml: include_str!("../scenes/cube3d-insertion.toml"),
+    },
 ];
 
 /// The built-in scene of this name.
@@ -51,32 +49,70 @@ pub fn built_in(name: &str) -> Option<&'static BuiltIn> {
 /// # Errors
 /// [`NeedleError`] in one line: the file, the key or line, what was found and what was expected.
 pub fn open(name_or_path: &str, assignments: &[String]) -> Result<Scene, NeedleError> {
-    let (name, source_name, text) = match built_in(name_or_path) {
-        Some(scene) => (scene.name.to_owned(), format!("built-in scene {}", scene.name), scene.toml.to_owned()),
-        None => {
-            let path = Path::new(name_or_path);
-            let names: Vec<&str> = SCENES.iter().map(|scene| scene.name).collect();
-            // Whatever has neither a slash nor an ending was meant as a name.
-            if !path.exists() && !name_or_path.contains('/') && path.extension().is_none() {
-                let nearest = stylet_scene::nearest(name_or_path, names.iter().copied());
-                let known = names.join(", ");
-                let reason = format!(
-                    "found no such scene or file, expected a TOML file or one of {known}; nearest built-in scene is {nearest}"
-                );
-                return Err(NeedleError::Inconsistent { source_name: name_or_path.to_owned(), reason });
-            }
-            let text = stylet_scene::load(path)?;
-            let stem = path.file_stem().map_or_else(|| "scene".to_owned(), |stem| stem.to_string_lossy().into_owned());
-            (stem, name_or_path.to_owned(), text)
-        }
-    };
-    let mut scene = Scene { name, ..Scene::default() };
-    TABLE.read(&source_name, &text, &mut scene)?;
+    read(&source::find(name_or_path, SCENES)?, assignments)
+}
+
+/// Reads the text of a scene, with `key=value` assignments on top, and checks that its keys go together.
+///
+/// # Errors
+/// As [`open`].
+pub fn read(source: &Source, assignments: &[String]) -> Result<Scene, NeedleError> {
+    let mut scene = Scene { name: source.name.clone(), ..Scene::default() };
+    TABLE.read(&source.label, &source.text, &mut scene)?;
     for assignment in assignments {
         TABLE.set(&mut scene, assignment)?;
     }
-    check::check(&scene, &source_name)?;
+    check::check(&scene, &source.label)?;
     Ok(scene)
+}
+
+impl Scene {
+    /// A saved state of this scene.
+    fn saved_state<const D: usize, const N: usize>(&self, saved: &Saved) -> Result<State<D, N>, NeedleError> {
+        let refuse = |reason| NeedleError::State { path: "state".to_owned(), reason };
+        let mut state = State::from_saved(saved).map_err(refuse)?;
+        check_same_scene(&TABLE, &state.scene, self).map_err(refuse)?;
+        // Name and output of the run are those of today.
+        state.scene = self.clone();
+        Ok(state)
+    }
+}
+
+impl Scenario for Scene {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn dim(&self) -> usize {
+        self.mesh.dimensions()
+    }
+
+    fn frames_every(&self) -> usize {
+        self.output.as_ref().map_or(0, |output| usize::try_from(output.frames).unwrap_or(0))
+    }
+
+    fn check_probes(&self, probes: &[Vec<f64>]) -> Result<(), NeedleError> {
+        check::check_probes(self, probes)
+    }
+
+    fn start(&self, threads: usize) -> Result<Box<dyn Simulation>, NeedleError> {
+        Ok(match self.mesh.kind {
+            Tissue::Slab => simulation::start(self, threads)?,
+            Tissue::Cube => simulation::start_cube(self, threads)?,
+        })
+    }
+
+    fn resume(&self, saved: &Saved, threads: usize) -> Result<Box<dyn Simulation>, NeedleError> {
+        Ok(match self.mesh.kind {
+            Tissue::Slab => simulation::resume(self.saved_state(saved)?, threads)?,
+            Tissue::Cube => simulation::resume_cube(self.saved_state(saved)?, threads)?,
+        })
+    }
+
+    fn unreached(&self) -> String {
+        let solver = &self.solver;
+        format!("solver.tolerance = {:e} within solver.max_iterations = {}", solver.tolerance, solver.max_iterations)
+    }
 }
 
 #[cfg(test)]

@@ -31,22 +31,22 @@ pub struct SolveOutcome {
 
 /// A solver with its settings, workspaces and preconditioner. Everything in it but the settings is derived data.
 #[derive(Clone, Debug)]
-pub struct Equilibrium {
+pub struct Equilibrium<const D: usize> {
     method: Method,
     preconditioner: PreconditionerKind,
     tolerance: f64,
     criterion: Criterion,
-    /// `E d H eps_round` of (6.9), N; over the root of the number of unknowns it is the rounding floor.
+    /// `E d H eps_round` of (6.9), N, in space `E H^2 eps_round`; over the root of the number of unknowns it is the rounding floor.
     round_force: f64,
     max_iterations: usize,
     totals: Totals,
     cg: CgWorkspace,
     /// The stiffness of a linear body, laid out for products; follows it from solve to solve.
-    frozen: Frozen<2>,
+    frozen: Frozen<D>,
     nonlinear_cg: NonlinearCgWorkspace,
-    newton: NewtonWorkspace<2>,
-    jacobi: Jacobi<2>,
-    block_jacobi: BlockJacobi<2>,
+    newton: NewtonWorkspace<D>,
+    jacobi: Jacobi<D>,
+    block_jacobi: BlockJacobi<D>,
     /// Nodes whose diagonal block or constraint has changed since the preconditioner was last brought up to date.
     touched: Vec<usize>,
 }
@@ -68,12 +68,13 @@ pub struct Totals {
     pub relative_residual: f64,
 }
 
-impl Equilibrium {
+impl<const D: usize> Equilibrium<D> {
     /// The solver of a scene. `threads` is the most that a linear solve may use; the bits do not depend on it.
     pub fn new(scene: &Scene, threads: usize) -> Self {
         let stage = &scene.solver;
         let by_model = if scene.material.model == Model::Linear { Method::Cg } else { Method::NewtonCg };
-        let diameter = scene.mesh.side * std::f64::consts::SQRT_2;
+        let team = Team::new(threads);
+        let [thickness, height] = scene.mesh.section();
         Self {
             method: stage.method.unwrap_or(by_model),
             preconditioner: stage.preconditioner,
@@ -82,13 +83,13 @@ impl Equilibrium {
                 CriterionKind::External => Criterion::External,
                 CriterionKind::Reaction => Criterion::Reaction,
             },
-            round_force: scene.material.young * scene.mesh.thickness * diameter * stage.round_off,
+            round_force: scene.material.young * thickness * height * stage.round_off,
             max_iterations: stage.max_iterations as usize,
             totals: Totals::default(),
-            cg: CgWorkspace::on(&Team::new(threads)),
+            cg: CgWorkspace::on(&team),
             frozen: Frozen::default(),
             nonlinear_cg: NonlinearCgWorkspace::new(),
-            newton: NewtonWorkspace::new(),
+            newton: NewtonWorkspace::on(&team),
             jacobi: Jacobi::default(),
             block_jacobi: BlockJacobi::default(),
             touched: Vec::new(),
@@ -127,11 +128,11 @@ impl Equilibrium {
     ///
     /// # Errors
     /// What the method says when it can go no further. Running out of iterations is no error.
-    pub fn solve<M: Hyperelastic<2>>(
+    pub fn solve<const N: usize, M: Hyperelastic<D>>(
         &mut self,
         cycle: usize,
-        body: &mut Body<2, 3, M>,
-        subspace: &Subspace<2>,
+        body: &mut Body<D, N, M>,
+        subspace: &Subspace<D>,
         load: &[f64],
         u: &mut [f64],
         stages: &mut Stages,
@@ -166,10 +167,10 @@ impl Equilibrium {
         Ok(outcome)
     }
 
-    fn by_cg<M: Hyperelastic<2>>(
+    fn by_cg<const N: usize, M: Hyperelastic<D>>(
         &mut self,
-        body: &Body<2, 3, M>,
-        subspace: &Subspace<2>,
+        body: &Body<D, N, M>,
+        subspace: &Subspace<D>,
         load: &[f64],
         u: &mut [f64],
         stop: StopRule,
@@ -196,7 +197,7 @@ impl Equilibrium {
     }
 
     /// Brings the preconditioner of a linear solve up to date.
-    fn follow_touched(&mut self, a: &BlockCsr<2>, subspace: &Subspace<2>) -> Result<(), String> {
+    fn follow_touched(&mut self, a: &BlockCsr<D>, subspace: &Subspace<D>) -> Result<(), String> {
         let touched = std::mem::take(&mut self.touched);
         let result = match self.preconditioner {
             PreconditionerKind::None => Ok(()),
@@ -210,10 +211,10 @@ impl Equilibrium {
         result.map_err(|e| format!("preconditioner: {e}"))
     }
 
-    fn by_nonlinear_cg<M: Hyperelastic<2>>(
+    fn by_nonlinear_cg<const N: usize, M: Hyperelastic<D>>(
         &mut self,
-        body: &mut Body<2, 3, M>,
-        subspace: &Subspace<2>,
+        body: &mut Body<D, N, M>,
+        subspace: &Subspace<D>,
         load: &[f64],
         u: &mut [f64],
         stop: StopRule,
@@ -250,10 +251,10 @@ impl Equilibrium {
         self.outcome("nonlinear conjugate gradients", &report, report.iterations, external)
     }
 
-    fn by_newton<M: Hyperelastic<2>>(
+    fn by_newton<const N: usize, M: Hyperelastic<D>>(
         &mut self,
-        body: &mut Body<2, 3, M>,
-        subspace: &Subspace<2>,
+        body: &mut Body<D, N, M>,
+        subspace: &Subspace<D>,
         load: &[f64],
         u: &mut [f64],
         stop: StopRule,
@@ -319,7 +320,7 @@ impl Equilibrium {
     ///
     /// # Errors
     /// What the solver says.
-    pub fn carry_along(&mut self, a: &BlockCsr<2>, subspace: &Subspace<2>, way: &mut [f64]) -> Result<(), String> {
+    pub fn carry_along(&mut self, a: &BlockCsr<D>, subspace: &Subspace<D>, way: &mut [f64]) -> Result<(), String> {
         let stop = StopRule { tolerance: 1e-2, criterion: Criterion::Reaction, round_floor: 0.0 };
         let settings = CgSettings { stop, max_iterations: 1000 };
         let nothing = vec![0.0; way.len()];
@@ -330,9 +331,9 @@ impl Equilibrium {
     }
 
     /// The gradient of the strain energy at a node after a solve, N.
-    pub fn elastic_force(&self, load: &[f64], node: usize) -> [f64; 2] {
+    pub fn elastic_force(&self, load: &[f64], node: usize) -> [f64; D] {
         let of =
-            |gradient: &[f64], sign: f64| std::array::from_fn(|k| load[2 * node + k] + sign * gradient[2 * node + k]);
+            |gradient: &[f64], sign: f64| std::array::from_fn(|k| load[D * node + k] + sign * gradient[D * node + k]);
         match self.method {
             Method::Cg => of(self.cg.residual(), -1.0),
             Method::NonlinearCg => of(self.nonlinear_cg.gradient(), 1.0),
@@ -392,8 +393,8 @@ impl<E: MaybeLinear> Energy for Timed<'_, E> {
     }
 }
 
-impl<E: MaybeLinear + BlockHessian<2>> BlockHessian<2> for Timed<'_, E> {
-    fn matrix(&self) -> &BlockCsr<2> {
+impl<const D: usize, E: MaybeLinear + BlockHessian<D>> BlockHessian<D> for Timed<'_, E> {
+    fn matrix(&self) -> &BlockCsr<D> {
         self.inner.matrix()
     }
 }
@@ -403,6 +404,6 @@ trait MaybeLinear: Energy {
     const LINEAR: bool;
 }
 
-impl<M: Hyperelastic<2>> MaybeLinear for Loaded<'_, Body<2, 3, M>> {
+impl<const D: usize, const N: usize, M: Hyperelastic<D>> MaybeLinear for Loaded<'_, Body<D, N, M>> {
     const LINEAR: bool = M::IS_LINEAR;
 }

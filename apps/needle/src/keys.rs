@@ -44,9 +44,19 @@ impl Words for CriterionKind {
     const WORDS: &'static [(&'static str, Self)] = &[("external", Self::External), ("reaction", Self::Reaction)];
 }
 
+impl Words for Tissue {
+    const WORDS: &'static [(&'static str, Self)] = &[("slab", Self::Slab), ("cube", Self::Cube)];
+}
+
 impl Words for Side {
-    const WORDS: &'static [(&'static str, Self)] =
-        &[("left", Self::Left), ("right", Self::Right), ("bottom", Self::Bottom), ("top", Self::Top)];
+    const WORDS: &'static [(&'static str, Self)] = &[
+        ("left", Self::Left),
+        ("right", Self::Right),
+        ("bottom", Self::Bottom),
+        ("top", Self::Top),
+        ("front", Self::Front),
+        ("back", Self::Back),
+    ];
 }
 
 impl Words for Rearrange {
@@ -108,9 +118,14 @@ macro_rules! key {
 }
 
 const STAGES: &[Stage<Scene>] = &[
-    Stage { name: "mesh", meaning: "a square slab of right triangles", required: false, enable: |_| {} },
-    Stage { name: "material", meaning: "the tissue, in plane stress", required: false, enable: |_| {} },
-    Stage { name: "support", meaning: "how the slab is held", required: false, enable: |_| {} },
+    Stage {
+        name: "mesh",
+        meaning: "a square slab of right triangles, or a cube of tetrahedra",
+        required: false,
+        enable: |_| {},
+    },
+    Stage { name: "material", meaning: "the tissue; a slab is in plane stress", required: false, enable: |_| {} },
+    Stage { name: "support", meaning: "how the tissue is held", required: false, enable: |_| {} },
     Stage { name: "solver", meaning: "how an equilibrium is found", required: false, enable: |_| {} },
     Stage {
         name: "needle",
@@ -217,7 +232,9 @@ fn motion_rows(value: &Value) -> Result<Vec<MotionRow>, String> {
 pub const TABLE: Table<Scene> = Table {
     stages: STAGES,
     keys: &[
-        key!("mesh.side", between(Bound::Inclusive(1e-6), Bound::Inclusive(1e3)), "m", "0.1", "side of the slab",
+        key!("mesh.kind", &["slab", "cube"], "\"slab\"", "what the needle is pushed into",
+            Tissue: |s| s.mesh.kind, |s| s.mesh.kind.write()),
+        key!("mesh.side", between(Bound::Inclusive(1e-6), Bound::Inclusive(1e3)), "m", "0.1", "side of the slab or cube",
             float: |s| s.mesh.side, |s| Some(Value::Float(s.mesh.side))),
         key!("mesh.thickness", between(Bound::Inclusive(1e-6), Bound::Inclusive(1e3)), "m", "0.01", "thickness of the slab",
             float: |s| s.mesh.thickness, |s| Some(Value::Float(s.mesh.thickness))),
@@ -225,13 +242,15 @@ pub const TABLE: Table<Scene> = Table {
             int: |s| s.mesh.h_start, |s| Some(Value::Int(s.mesh.h_start))),
         key!("mesh.h_ref", Kind::Int { min: 1, max: 14 }, "level", "6", "legs of side * 2^-h_ref around the needle; at least h_start",
             int: |s| s.mesh.h_ref, |s| Some(Value::Int(s.mesh.h_ref))),
+        key!("mesh.fold", Kind::Int { min: 0, max: 36 }, "bisections", "12", "of a cube's six tetrahedra where the needle touches them",
+            int: |s| s.mesh.fold, |s| Some(Value::Int(s.mesh.fold))),
         key!("material.model", &["linear", "st-venant-kirchhoff", "neo-hookean"], "\"linear\"", "constitutive law",
             Model: |s| s.material.model, |s| s.material.model.write()),
         key!("material.young", between(Bound::Inclusive(1e-3), Bound::Inclusive(1e15)), "Pa", "34000.0", "Young's modulus",
             float: |s| s.material.young, |s| Some(Value::Float(s.material.young))),
         key!("material.poisson", between(Bound::Inclusive(0.0), Bound::Exclusive(0.5)), "", "0.34", "Poisson's ratio",
             float: |s| s.material.poisson, |s| Some(Value::Float(s.material.poisson))),
-        key!("support.clamped", &["left", "right", "bottom", "top"], "\"right\"", "side whose nodes are fixed",
+        key!("support.clamped", &["left", "right", "bottom", "top", "front", "back"], "\"right\"", "side whose nodes are fixed; the last axis points up, front and back are those of a cube",
             Side: |s| s.support.clamped, |s| s.support.clamped.write()),
         key!("solver.method", &["cg", "nonlinear-cg", "newton-cg"], "cg for linear, newton-cg for others", "how an equilibrium is found",
             Method: |s| s.solver.method, |s| s.solver.method.and_then(Method::write)),
@@ -247,21 +266,25 @@ pub const TABLE: Table<Scene> = Table {
             float: |s| s.solver.round_off, |s| Some(Value::Float(s.solver.round_off))),
         Key {
             path: "needle.entry",
-            kind: Kind::Point { dim_min: 2, dim_max: 2 },
+            kind: Kind::Point { dim_min: 2, dim_max: 3 },
             unit: "m",
             default: "[0.0, 0.05]",
             meaning: "point of the boundary where the needle enters",
             set: |s, value| {
-                needle(s).entry = value.point()?;
+                needle(s).entry = value.floats()?.to_vec();
                 Ok(())
             },
             get: |s| s.needle.as_ref().map(|n| Value::Floats(n.entry.to_vec())),
         },
         key!("needle.angle", between(Bound::Inclusive(-7.0), Bound::Inclusive(7.0)), "rad", "0.0", "direction of the needle, from the x axis",
             float: |s| needle(s).angle, |s| s.needle.as_ref().map(|n| Value::Float(n.angle))),
-        key!("needle.depth", between(Bound::Exclusive(0.0), Bound::Inclusive(1e3)), "m", "0.07", "length of the needle in the slab at the end; needle.motion takes its place",
+        key!("needle.elevation", between(Bound::Inclusive(-1.6), Bound::Inclusive(1.6)), "rad", "0.0", "direction of the needle in a cube, from the plane of x and y upwards",
+            float: |s| needle(s).elevation, |s| s.needle.as_ref().map(|n| Value::Float(n.elevation))),
+        key!("needle.radius", between(Bound::Inclusive(0.0), Bound::Inclusive(1.0)), "m", "0.0", "radius of the shaft in a cube: tetrahedra that touch it are refined, nodes within are taken",
+            float: |s| needle(s).radius, |s| s.needle.as_ref().map(|n| Value::Float(n.radius))),
+        key!("needle.depth", between(Bound::Exclusive(0.0), Bound::Inclusive(1e3)), "m", "0.07", "length of the needle in the tissue at the end; needle.motion takes its place",
             float: |s| needle(s).depth, |s| s.needle.as_ref().map(|n| Value::Float(n.depth))),
-        key!("needle.speed", between(Bound::Inclusive(1e-4), Bound::Inclusive(1e3)), "h_ref/cycle", "0.1", "travel of the base per cycle, in legs of level mesh.h_ref; above 1, tissue is passed before it is loaded",
+        key!("needle.speed", between(Bound::Inclusive(1e-4), Bound::Inclusive(1e3)), "h_ref/cycle", "0.1", "travel of the base per cycle, in legs of level mesh.h_ref, in a cube in side * 2^(-fold / 3); above 1, tissue is passed before it is loaded",
             float: |s| needle(s).speed, |s| s.needle.as_ref().map(|n| Value::Float(n.speed))),
         key!("needle.rearrange", &["once", "settle"], "\"settle\"", "the needle moves on after one rearrangement, as published, or when no state changes",
             Rearrange: |s| needle(s).rearrange, |s| s.needle.as_ref().and_then(|n| n.rearrange.write())),

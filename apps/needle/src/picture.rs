@@ -1,34 +1,63 @@
 //! The pictures of a run: the deformed mesh, the force at the base, the iterations of each cycle.
 
+use crate::history::depth_and_force;
 use crate::needle::{Needle, Vec2, along, dot};
 use crate::scene::Method;
 use crate::simulation::Simulation;
-use crate::summary::HistoryRow;
+use crate::solid_picture;
 use crate::tip::deformed;
 use std::path::Path;
 use stylet_mesh::VertexId;
 use stylet_plot::{Chart, Colour, Marker, MeshPicture, PALETTE, PlotError, Polyline, Series, Style, outline_of};
+use stylet_tissue::RunError;
+use stylet_tissue::history::HistoryRow;
+use stylet_tissue::output::plot_error;
 
 /// From this many cycles on, single values are dots around their running mean.
 const MANY_CYCLES: usize = 300;
 /// From this many on, they are a line, which takes fewer bytes than as many dots.
 const MOST_DOTS: usize = 5000;
 
-/// The part of the needle that pictures show, m: from a tenth of the slab's side before the entry to the tip.
-pub(crate) fn visible_shaft(needle: &Needle, side: f64) -> [Vec2; 2] {
+/// The part of the needle that pictures show, m: from a tenth of the side before the entry to the tip.
+pub(crate) fn visible_shaft<const D: usize>(needle: &Needle<D>, side: f64) -> [[f64; D]; 2] {
     // A needle that has been withdrawn is shown at full length.
     let behind = needle.pose().insert.max(0.0) + 0.1 * side;
     [along(needle.tip(), -behind, needle.tangent()), needle.tip()]
 }
 
-/// The deformed mesh coloured by the magnitude of the displacement, with the needle and its nodes.
+/// A picture of the mesh, and charts over the cycles where there are several.
 ///
 /// # Errors
-/// [`PlotError`].
-pub fn mesh(simulation: &dyn Simulation, path: &Path) -> Result<(), PlotError> {
+/// [`RunError::Output`].
+pub fn draw<const D: usize, const N: usize>(
+    simulation: &dyn Simulation<D, N>,
+    folder: &Path,
+    rows: &[HistoryRow],
+) -> Result<(), RunError> {
+    let path = folder.join("mesh.svg");
+    let drawn = if D == 2 { mesh(simulation, &path) } else { solid_picture::cut_open(simulation, &path) };
+    drawn.map_err(|e| plot_error(&path, e))?;
+    if rows.len() < 2 {
+        return Ok(());
+    }
+    let charts = [("force.svg", force(simulation, rows)), ("iterations.svg", iterations(simulation, rows))];
+    for (name, chart) in charts {
+        let path = folder.join(name);
+        chart.write(&path).map_err(|e| plot_error(&path, e))?;
+    }
+    Ok(())
+}
+
+/// The deformed triangles coloured by the magnitude of the displacement, with the needle and its nodes.
+fn mesh<const D: usize, const N: usize>(simulation: &dyn Simulation<D, N>, path: &Path) -> Result<(), PlotError> {
     let (mesh, u) = (simulation.mesh(), simulation.displacement());
-    let points: Vec<Vec2> = (0..mesh.n_vertex_slots()).map(|v| deformed(mesh, u, VertexId::new(v))).collect();
-    let triangles: Vec<[u32; 3]> = mesh.cells().map(|cell| mesh.oriented(cell).map(|v| v.0)).collect();
+    let points: Vec<Vec2> = (0..mesh.n_vertex_slots()).map(|v| plane(deformed(mesh, u, VertexId::new(v)))).collect();
+    let rest: Vec<Vec2> = mesh.points().iter().map(|&p| plane(p)).collect();
+    let corners = |cell| {
+        let v = mesh.oriented(cell);
+        [v[0].0, v[1].0, v[2].0]
+    };
+    let triangles: Vec<[u32; 3]> = mesh.cells().map(corners).collect();
     let millimetres: Vec<f64> = u.chunks_exact(2).map(|u| 1e3 * u[0].hypot(u[1])).collect();
     let picture = MeshPicture {
         points: &points,
@@ -38,23 +67,29 @@ pub fn mesh(simulation: &dyn Simulation, path: &Path) -> Result<(), PlotError> {
         colour_label: "displacement (mm)".to_owned(),
         lines: simulation.needle().map(|needle| needle_line(simulation, needle)).into_iter().collect(),
         markers: node_markers(simulation),
-        outline: outline_of(mesh.points(), &triangles),
+        outline: outline_of(&rest, &triangles),
         ..MeshPicture::default()
     };
     picture.write(path)
 }
 
-fn mesh_title(simulation: &dyn Simulation) -> String {
+/// The first two coordinates.
+fn plane<const D: usize>(p: [f64; D]) -> Vec2 {
+    [p[0], p[1]]
+}
+
+pub(crate) fn mesh_title<const D: usize, const N: usize>(simulation: &dyn Simulation<D, N>) -> String {
     let name = &simulation.scene().name;
+    let cells = if D == 2 { "triangles" } else { "tetrahedra" };
     match simulation.needle() {
         Some(needle) => {
-            format!("{name}: needle {:.1} mm in, {} triangles", 1e3 * needle.pose().insert, simulation.mesh().n_cells())
+            format!("{name}: needle {:.1} mm in, {} {cells}", 1e3 * needle.pose().insert, simulation.mesh().n_cells())
         }
-        None => format!("{name}: {} triangles", simulation.mesh().n_cells()),
+        None => format!("{name}: {} {cells}", simulation.mesh().n_cells()),
     }
 }
 
-fn needle_line(simulation: &dyn Simulation, needle: &Needle) -> Polyline {
+fn needle_line<const D: usize, const N: usize>(simulation: &dyn Simulation<D, N>, needle: &Needle<D>) -> Polyline {
     let line = |points: Vec<Vec2>, label: &str| Polyline {
         points,
         colour: Colour::INK,
@@ -63,16 +98,16 @@ fn needle_line(simulation: &dyn Simulation, needle: &Needle) -> Polyline {
         ..Polyline::default()
     };
     if simulation.scene().friction.is_some() {
-        return line(visible_shaft(needle, simulation.scene().mesh.side).to_vec(), "needle and tip");
+        return line(visible_shaft(needle, simulation.scene().mesh.side).map(plane).to_vec(), "needle and tip");
     }
     // The load acts on a line of the undeformed slab, which the tissue carries along.
     let (mesh, u) = (simulation.mesh(), simulation.displacement());
     let from_entry = simulation.needle_nodes().into_iter().rev();
-    line(from_entry.map(|(vertex, _)| deformed(mesh, u, vertex)).collect(), "loaded line, to the tip")
+    line(from_entry.map(|(vertex, _)| plane(deformed(mesh, u, vertex))).collect(), "loaded line, to the tip")
 }
 
 /// Sticking and slipping nodes in two colours, each named once in the legend. A static load has neither.
-fn node_markers(simulation: &dyn Simulation) -> Vec<Marker> {
+fn node_markers<const D: usize, const N: usize>(simulation: &dyn Simulation<D, N>) -> Vec<Marker> {
     if simulation.scene().friction.is_none() {
         return Vec::new();
     }
@@ -82,30 +117,36 @@ fn node_markers(simulation: &dyn Simulation) -> Vec<Marker> {
         let kind = usize::from(sticks);
         let label =
             if std::mem::replace(&mut named[kind], true) { "" } else { ["slipping node", "sticking node"][kind] };
-        Marker { at: deformed(mesh, u, vertex), colour: [PALETTE[4], PALETTE[1]][kind], label: label.to_owned() }
+        Marker { at: plane(deformed(mesh, u, vertex)), colour: [PALETTE[4], PALETTE[1]][kind], label: label.to_owned() }
     };
     simulation.needle_nodes().into_iter().map(mark).collect()
 }
 
 /// The force that holds the base, along the needle and across it, against the insertion of the tip.
-pub fn force(simulation: &dyn Simulation, rows: &[HistoryRow]) -> Chart {
-    let (along, across) = simulation.needle().map_or(([1.0, 0.0], [0.0, 1.0]), |n| (n.tangent(), n.normal()));
-    let series = |name: &str, direction: Vec2| Series {
+pub fn force<const D: usize, const N: usize>(simulation: &dyn Simulation<D, N>, rows: &[HistoryRow]) -> Chart {
+    let needle = simulation.needle();
+    let along = needle.map_or(crate::needle::direction(0.0, 0.0), Needle::tangent);
+    let across = needle.map_or(crate::needle::direction(std::f64::consts::FRAC_PI_2, 0.0), Needle::normal);
+    let upward = needle.and_then(Needle::upward);
+    let series = |name: &str, direction: [f64; D]| Series {
         name: name.to_owned(),
-        points: rows.iter().map(|row| (1e3 * row.depth_m, dot(row.base_force, direction))).collect(),
+        points: rows.iter().map(depth_and_force).map(|(depth, force)| (1e3 * depth, dot(force, direction))).collect(),
         ..Series::default()
     };
     Chart {
         title: format!("{}: force at the base of the needle", simulation.scene().name),
         x_label: "insertion of the tip (mm)".to_owned(),
         y_label: "force (N)".to_owned(),
-        series: vec![series("along the needle", along), series("across, to its left", across)],
+        series: [("along the needle", Some(along)), ("across, to its left", Some(across)), ("across, upwards", upward)]
+            .into_iter()
+            .filter_map(|(name, direction)| direction.map(|direction| series(name, direction)))
+            .collect(),
         ..Chart::default()
     }
 }
 
 /// The iterations of each cycle.
-pub fn iterations(simulation: &dyn Simulation, rows: &[HistoryRow]) -> Chart {
+pub fn iterations<const D: usize, const N: usize>(simulation: &dyn Simulation<D, N>, rows: &[HistoryRow]) -> Chart {
     let scene = simulation.scene();
     let what = match scene.solver.method {
         Some(Method::NonlinearCg) => "nonlinear CG iterations",

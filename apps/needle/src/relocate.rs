@@ -1,12 +1,13 @@
 //! Orthogonal relocation: moving a node of the mesh onto the needle, so that the needle runs along nodes.
 //!
-//! Left out are nodes on the boundary, and moves that would flatten a triangle: a triangle whose three nodes all go onto
-//! the needle has no area left and makes the stiffness singular.
+//! Left out are nodes on the boundary, and moves that would flatten a cell: a triangle whose three nodes all go onto the
+//! needle has no area left and makes the stiffness singular.
 
 use crate::error::NeedleError;
-use crate::needle::{Vec2, minus};
+use crate::facet::barycentric;
+use crate::needle::minus;
 use crate::slab::Slab;
-use crate::tip::{barycentric, deformed_corners};
+use crate::tip::deformed_corners;
 use stylet_mesh::VertexId;
 use stylet_mesh::geometry::combine;
 use stylet_physics::material::Hyperelastic;
@@ -18,16 +19,16 @@ use stylet_physics::material::Hyperelastic;
 ///
 /// # Errors
 /// [`NeedleError::Mesh`] if a layer below refuses.
-pub fn onto_needle<M: Hyperelastic<2>>(
-    slab: &mut Slab<M>,
+pub fn onto_needle<const D: usize, const N: usize, M: Hyperelastic<D>>(
+    slab: &mut Slab<D, N, M>,
     vertex: VertexId,
-    target: Vec2,
+    target: [f64; D],
 ) -> Result<bool, NeedleError> {
     let mut star = Vec::new();
     slab.mesh.star(vertex, &mut star);
     let on_boundary = star.iter().any(|&cell| {
         let vertices = slab.mesh.cell(cell);
-        (0..3).any(|facet| vertices[facet] != vertex && slab.mesh.neighbor(cell, facet).is_none())
+        (0..N).any(|facet| vertices[facet] != vertex && slab.mesh.neighbor(cell, facet).is_none())
     });
     if on_boundary {
         return Ok(false);
@@ -39,6 +40,6 @@ pub fn onto_needle<M: Hyperelastic<2>>(
             return slab.move_vertex(vertex, rest, minus(target, rest));
         }
     }
-    // Beyond the triangles around it the node would turn one of them over.
+    // Beyond the cells around it the node would turn one of them over.
     Ok(false)
 }

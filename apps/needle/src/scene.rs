@@ -1,14 +1,15 @@
 //! What a needle scene is made of, as plain data. A stage that is `None` is neither built nor run.
 
+use crate::needle::{Needle, direction};
 use serde::{Deserialize, Serialize};
 use stylet_physics::friction::{DensityError, LineDensity};
 
-/// A scene of a needle in a square slab. All lengths in m, forces in N, moduli in Pa, angles in rad.
+/// A scene of a needle in a square slab or in a cube. All lengths in m, forces in N, moduli in Pa, angles in rad.
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
 pub struct Scene {
     /// The built-in name, or the stem of the file.
     pub name: String,
-    /// The slab and its triangles.
+    /// The slab and its triangles, or the cube and its tetrahedra.
     pub mesh: MeshStage,
     /// What the slab is made of.
     pub material: MaterialStage,
@@ -26,10 +27,21 @@ pub struct Scene {
     pub output: Option<OutputStage>,
 }
 
+/// What the needle is pushed into.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
+pub enum Tissue {
+    /// A square slab of triangles, in plane stress.
+    Slab,
+    /// A cube of tetrahedra.
+    Cube,
+}
+
 /// `[mesh]`
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct MeshStage {
-    /// Side of the square slab, m.
+    /// Slab or cube.
+    pub kind: Tissue,
+    /// Side of the square slab, or of the cube, m.
     pub side: f64,
     /// Thickness of the slab, m.
     pub thickness: f64,
@@ -37,11 +49,13 @@ pub struct MeshStage {
     pub h_start: i64,
     /// Level around the needle, at least `h_start`.
     pub h_ref: i64,
+    /// Bisections of the cube's six tetrahedra around the needle.
+    pub fold: i64,
 }
 
 impl Default for MeshStage {
     fn default() -> Self {
-        Self { side: 0.1, thickness: 0.01, h_start: 3, h_ref: 6 }
+        Self { kind: Tissue::Slab, side: 0.1, thickness: 0.01, h_start: 3, h_ref: 6, fold: 12 }
     }
 }
 
@@ -56,10 +70,70 @@ impl MeshStage {
         self.leg(level) * std::f64::consts::SQRT_2
     }
 
-    /// The leg around the needle, m: the unit of [`NeedleStage::speed`].
+    /// The size of the cells around the needle, m, the unit of [`NeedleStage::speed`]: the leg of the triangles; in a cube
+    /// the edge of a cube of six tetrahedra after as many bisections, which is halved by three.
     pub fn h_ref(&self) -> f64 {
-        self.leg(self.h_ref)
+        match self.kind {
+            Tissue::Slab => self.leg(self.h_ref),
+            Tissue::Cube => self.side * (-self.fold as f64 / 3.0).exp2(),
+        }
     }
+
+    /// How fine the mesh is around the needle.
+    pub fn around_needle(&self) -> Fineness {
+        match self.kind {
+            Tissue::Slab => Fineness::Size(self.longest_edge(self.h_ref)),
+            Tissue::Cube => Fineness::Fold(self.fold as u16),
+        }
+    }
+
+    /// The longest edge around the needle, m.
+    pub fn longest_edge_around_needle(&self) -> f64 {
+        match self.kind {
+            Tissue::Slab => self.longest_edge(self.h_ref),
+            // The first bisection halves the diagonal of a cube, the second one that of a face, the third one an edge.
+            Tissue::Cube => self.leg(self.fold / 3) * ((3 - self.fold % 3) as f64).sqrt(),
+        }
+    }
+
+    /// The longest edge of the starting mesh, m; `None` for the six tetrahedra of a cube.
+    pub fn longest_edge_at_start(&self) -> Option<f64> {
+        (self.kind == Tissue::Slab).then(|| self.longest_edge(self.h_start))
+    }
+
+    /// What the volume of a cell is multiplied by: the thickness of the slab, m; 1 for a cube.
+    pub fn thickness(&self) -> f64 {
+        match self.kind {
+            Tissue::Slab => self.thickness,
+            Tissue::Cube => 1.0,
+        }
+    }
+
+    /// The area whose stress (6.9) measures rounding errors by, as two lengths, m: `d H` of a slab and, as section 6.6
+    /// proposes for space, `H^2` of a cube, where `H` is its diameter.
+    pub fn section(&self) -> [f64; 2] {
+        match self.kind {
+            Tissue::Slab => [self.thickness, self.side * std::f64::consts::SQRT_2],
+            Tissue::Cube => [self.side * 3.0_f64.sqrt(); 2],
+        }
+    }
+
+    /// Dimensions of space: 2 for a slab, 3 for a cube.
+    pub fn dimensions(&self) -> usize {
+        match self.kind {
+            Tissue::Slab => 2,
+            Tissue::Cube => 3,
+        }
+    }
+}
+
+/// When a cell that the needle touches is fine enough.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum Fineness {
+    /// When its longest edge is no longer than this, m.
+    Size(f64),
+    /// When this many bisections made it.
+    Fold(u16),
 }
 
 /// The constitutive law of the tissue.
@@ -90,17 +164,35 @@ impl Default for MaterialStage {
     }
 }
 
-/// A side of the slab.
+/// A side of the slab or the cube. The last axis points up.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 pub enum Side {
     /// x = 0.
     Left,
     /// x = side.
     Right,
-    /// y = 0.
+    /// y = 0 of a slab, z = 0 of a cube.
     Bottom,
-    /// y = side.
+    /// y = side of a slab, z = side of a cube.
     Top,
+    /// y = 0 of a cube.
+    Front,
+    /// y = side of a cube.
+    Back,
+}
+
+impl Side {
+    /// The axis across this side in so many dimensions, and whether it is the side far from the origin.
+    pub fn plane(self, dimensions: usize) -> (usize, bool) {
+        match self {
+            Self::Left => (0, false),
+            Self::Right => (0, true),
+            Self::Bottom => (dimensions - 1, false),
+            Self::Top => (dimensions - 1, true),
+            Self::Front => (1, false),
+            Self::Back => (1, true),
+        }
+    }
 }
 
 /// `[support]`
@@ -209,13 +301,17 @@ pub struct MotionRow {
 /// `[needle]`
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct NeedleStage {
-    /// The point of the boundary where the needle enters, m.
-    pub entry: [f64; 2],
+    /// The point of the boundary where the needle enters, m: a coordinate for each dimension.
+    pub entry: Vec<f64>,
     /// Angle from the x axis, rad.
     pub angle: f64,
+    /// Angle from the plane of the first two axes of a cube, rad.
+    pub elevation: f64,
+    /// Radius of the shaft, m; 0: a line.
+    pub radius: f64,
     /// Length of the needle in the slab at the end of the insertion, m.
     pub depth: f64,
-    /// Advance per cycle, in legs of level `mesh.h_ref`.
+    /// Advance per cycle, in sizes of the cells around the needle ([`MeshStage::h_ref`]).
     pub speed: f64,
     /// When the needle moves on.
     pub rearrange: Rearrange,
@@ -232,8 +328,10 @@ impl Default for NeedleStage {
     fn default() -> Self {
         let row = |distance, force| DensityRow { distance, force };
         Self {
-            entry: [0.0, 0.05],
+            entry: vec![0.0, 0.05],
             angle: 0.0,
+            elevation: 0.0,
+            radius: 0.0,
             depth: 0.07,
             speed: 0.1,
             rearrange: Rearrange::Settle,
@@ -245,6 +343,12 @@ impl Default for NeedleStage {
 }
 
 impl NeedleStage {
+    /// The needle at its entry. Coordinates that the scene does not have are zero; a checked scene has all.
+    pub fn needle<const D: usize>(&self) -> Needle<D> {
+        let entry = std::array::from_fn(|k| self.entry.get(k).copied().unwrap_or(0.0));
+        Needle::new(entry, direction(self.angle, self.elevation))
+    }
+
     /// The force density along the shaft.
     ///
     /// # Errors

@@ -1,9 +1,10 @@
 //! The nodes on the needle: which ones they are, where they are along the shaft, and whether they stick or slip.
 
-use crate::needle::{Needle, OnNeedle, Vec2, along, cross, dot, minus};
-use crate::tip::{TriMesh, deformed};
+use crate::needle::{Needle, OnNeedle, along, cross3, dot, minus};
+use crate::surface::Surface;
+use crate::tip::deformed;
 use serde::{Deserialize, Serialize};
-use stylet_mesh::VertexId;
+use stylet_mesh::{SimplexMesh, VertexId};
 use stylet_physics::friction::{FrictionState, Law, Limits, LineDensity, Observation, Verdict};
 
 /// A node that breaks loose this often while the needle is at rest does not stick again before the needle moves on. An
@@ -13,7 +14,7 @@ const MOST_LOOSENED: u16 = 200;
 
 /// A node of the mesh that lies on the needle.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
-pub struct ShaftNode {
+pub struct ShaftNode<const D: usize> {
     /// The mesh vertex.
     pub vertex: VertexId,
     /// Its place on the needle: kept while it sticks, followed while it slips.
@@ -25,12 +26,15 @@ pub struct ShaftNode {
     /// The friction that it carries while it slips, along the tangent, N.
     pub traction: f64,
     /// The force that the needle exerts on it, N.
-    pub force: Vec2,
+    #[serde(with = "crate::array")]
+    pub force: [f64; D],
+    /// The length of the shaft that it stands for, m: see [`Surface`].
+    pub share: f64,
     /// How often it has broken loose since the needle last moved.
     pub loosened: u16,
 }
 
-impl ShaftNode {
+impl<const D: usize> ShaftNode<D> {
     /// Whether the node moves with the needle.
     pub fn sticks(&self) -> bool {
         self.state == FrictionState::Stick
@@ -39,10 +43,12 @@ impl ShaftNode {
 
 /// The needle nodes, ordered from the tip backwards, and those that the tip is about to pass.
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
-pub struct Shaft {
+#[serde(bound = "")]
+pub struct Shaft<const D: usize> {
     /// The needle nodes.
-    pub nodes: Vec<ShaftNode>,
-    /// Closest nodes of crossed edges that are still ahead of the tip, which takes them when it has passed them.
+    pub nodes: Vec<ShaftNode<D>>,
+    /// Closest nodes of crossed facets, and nodes within the needle's radius, that are still ahead of the tip, which takes
+    /// them when it has passed them.
     pub ahead: Vec<VertexId>,
     /// Nodes let go since the needle last moved. It does not take them back before it moves again: at rest a node next to
     /// the tip could otherwise be taken and let go for ever.
@@ -58,9 +64,35 @@ pub struct ShaftFriction {
     pub static_ratio: f64,
     /// When slipping nodes stick.
     pub law: Law,
+    /// The surface that the friction acts on.
+    pub surface: Surface,
 }
 
-impl Shaft {
+/// The force that holds a needle at its base, N, and the moment about the base, N m; in the plane the moment has a third
+/// component alone.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+pub struct Hold<const D: usize> {
+    /// Force, N.
+    #[serde(with = "crate::array")]
+    pub force: [f64; D],
+    /// Moment, N m.
+    pub moment: [f64; 3],
+}
+
+impl<const D: usize> Hold<D> {
+    /// The components of the moment that there are: one in the plane, three in space.
+    pub fn moment_components(&self) -> &[f64] {
+        if D == 2 { &self.moment[2..] } else { &self.moment }
+    }
+}
+
+impl<const D: usize> Default for Hold<D> {
+    fn default() -> Self {
+        Self { force: [0.0; D], moment: [0.0; 3] }
+    }
+}
+
+impl<const D: usize> Shaft<D> {
     /// Whether a vertex is a needle node.
     pub fn contains(&self, vertex: VertexId) -> bool {
         self.nodes.iter().any(|node| node.vertex == vertex)
@@ -75,14 +107,15 @@ impl Shaft {
             behind_before: place.behind,
             state: FrictionState::Stick,
             traction: 0.0,
-            force: [0.0; 2],
+            force: [0.0; D],
+            share: 0.0,
             loosened: 0,
         };
         self.nodes.insert(at, node);
     }
 
     /// Reads the places of slipping nodes off the deformed mesh, and restores the order along the shaft.
-    pub fn follow_slip(&mut self, needle: &Needle, mesh: &TriMesh, u: &[f64]) {
+    pub fn follow_slip<const N: usize>(&mut self, needle: &Needle<D>, mesh: &SimplexMesh<D, N>, u: &[f64]) {
         for node in &mut self.nodes {
             if !node.sticks() {
                 node.place.behind = needle.frame_of(deformed(mesh, u, node.vertex)).behind;
@@ -100,22 +133,21 @@ impl Shaft {
         }
     }
 
-    /// The share of the shaft's length (m) that belongs to node `index`: half the distance to each neighbour.
-    pub fn share(&self, index: usize) -> f64 {
-        let behind = |k: usize| self.nodes[k].place.behind;
-        let to_tip = if index > 0 { behind(index) - behind(index - 1) } else { 0.0 };
-        let to_base = if index + 1 < self.nodes.len() { behind(index + 1) - behind(index) } else { 0.0 };
-        0.5 * (to_tip + to_base)
+    /// Measures which part of the needle's surface belongs to each node where it is now.
+    pub fn measure(&mut self, friction: &ShaftFriction) {
+        friction.surface.share_out(&mut self.nodes);
     }
 
-    /// The friction limits of node `index`.
+    /// The friction limits of node `index`, of the surface that was last measured.
     pub fn limits(&self, index: usize, friction: &ShaftFriction) -> Limits {
-        let sliding = friction.density.at(self.nodes[index].place.behind) * self.share(index);
+        let node = &self.nodes[index];
+        let sliding = friction.density.at(node.place.behind) * node.share;
         Limits { sticking: friction.static_ratio * sliding, sliding }
     }
 
     /// Brings the friction of slipping nodes nearer to that of their present place, by the share `relaxation` of the way.
     pub fn renew_tractions(&mut self, friction: &ShaftFriction, relaxation: f64) {
+        self.measure(friction);
         for index in 0..self.nodes.len() {
             if let FrictionState::Slip(direction) = self.nodes[index].state {
                 let here = direction.sign() * self.limits(index, friction).sliding;
@@ -127,7 +159,8 @@ impl Shaft {
     }
 
     /// How far the friction of slipping nodes is from that of their present place, and its sum, N.
-    pub fn traction_drift(&self, friction: &ShaftFriction) -> (f64, f64) {
+    pub fn traction_drift(&mut self, friction: &ShaftFriction) -> (f64, f64) {
+        self.measure(friction);
         let (mut drift, mut total) = (0.0, 0.0);
         for (index, node) in self.nodes.iter().enumerate() {
             if let FrictionState::Slip(direction) = node.state {
@@ -146,7 +179,7 @@ impl Shaft {
     /// the needle's last move, as if it had never slid the wrong way; `turned` receives those for the caller to put there.
     pub fn rearrange(
         &mut self,
-        needle: &Needle,
+        needle: &Needle<D>,
         friction: &ShaftFriction,
         turn_back: bool,
         turned: &mut Vec<VertexId>,
@@ -154,11 +187,10 @@ impl Shaft {
         turned.clear();
         let tangent = needle.tangent();
         let mut changed = 0;
-        // No verdict may influence another one: limits are taken one node ahead, before its neighbour can be put back.
-        let mut next = self.nodes.first().map(|_| self.limits(0, friction));
+        // No verdict may influence another one: shares are measured before a node can be put back.
+        self.measure(friction);
         for index in 0..self.nodes.len() {
-            let Some(limits) = next else { break };
-            next = (index + 1 < self.nodes.len()).then(|| self.limits(index + 1, friction));
+            let limits = self.limits(index, friction);
             let node = &mut self.nodes[index];
             let seen = Observation { force: dot(node.force, tangent), sliding: node.place.behind - node.behind_before };
             let verdict = friction.law.judge(node.state, limits, seen);
@@ -195,18 +227,21 @@ impl Shaft {
 
     /// Force (N) and moment about the needle's base (N m) that hold the needle: the sum of what it exerts on its nodes. A
     /// slipping node bears its friction along the shaft, whatever the relaxation error of its elastic force.
-    pub fn base_force(&self, needle: &Needle) -> (Vec2, f64) {
-        let (mut force, mut moment) = ([0.0; 2], 0.0);
+    pub fn base_force(&self, needle: &Needle<D>) -> Hold<D> {
+        let mut hold = Hold::default();
         for node in &self.nodes {
             let exerted = if node.sticks() {
                 node.force
             } else {
-                let (t, n) = (needle.tangent(), needle.normal());
-                along(along([0.0; 2], node.traction, t), dot(node.force, n), n)
+                let t = needle.tangent();
+                let across = |n| dot(node.force, n);
+                let level = along(along([0.0; D], node.traction, t), across(needle.normal()), needle.normal());
+                needle.upward().map_or(level, |up| along(level, across(up), up))
             };
-            force = along(force, 1.0, exerted);
-            moment += cross(minus(needle.point_at(node.place), needle.base()), exerted);
+            hold.force = along(hold.force, 1.0, exerted);
+            let arm = minus(needle.point_at(node.place), needle.base());
+            hold.moment = along(hold.moment, 1.0, cross3(arm, exerted));
         }
-        (force, moment)
+        hold
     }
 }

@@ -1,120 +1,141 @@
 //! A scene brought to life: the one interface that the command line, the benches and other programs drive.
 
 use crate::error::NeedleError;
+use crate::frames;
+use crate::history::{CycleRow, columns, depth_and_force};
 use crate::insertion::Insertion;
-use crate::needle::{Needle, Vec2};
-use crate::scene::{Model, Scene};
+use crate::needle::Needle;
+use crate::picture;
+use crate::scene::{MaterialStage, Model, Scene, Tissue};
+use crate::shaft::Hold;
 use crate::slab::Slab;
 use crate::stages::Stages;
 use crate::state::{Experiment as SavedExperiment, State};
 use crate::static_load::StaticLoad;
-use crate::summary::{HistoryRow, NeedleSummary, Probe, QualitySummary, SolverSummary, Summary};
-use crate::tip::{TriMesh, find_in_reference};
+use crate::tip::find_in_reference;
+use std::path::Path;
 use std::time::Instant;
-use stylet_mesh::quality;
+use stylet_mesh::{SimplexMesh, VertexId, quality};
 use stylet_physics::material::{Hyperelastic, Linear, MaterialError, NeoHookean, PlaneStress, StVenantKirchhoff};
 use stylet_solver::sparse::BlockCsr;
+use stylet_tissue::Simulation as _;
+use stylet_tissue::history::{Columns, HistoryRow};
+use stylet_tissue::simulation::FrameSeries;
+use stylet_tissue::state::Saved;
+use stylet_tissue::summary::{NeedleSummary, Probe, QualitySummary, SolverSummary, Summary};
 
-/// A running scene, whatever its material.
-pub trait Simulation: Send {
+/// A running needle scene, whatever its material: what it shows beside what every scene does. In a slab (`<2, 3>`) unless
+/// said otherwise, in a cube `<3, 4>`.
+pub trait Simulation<const D: usize = 2, const N: usize = 3>: stylet_tissue::Simulation {
     /// The scene.
     fn scene(&self) -> &Scene;
 
-    /// One cycle of the loop; the whole solve of a static load.
-    ///
-    /// # Errors
-    /// [`NeedleError`] that names the cycle. The state is then the last one reached, and can be looked at and saved.
-    fn step(&mut self) -> Result<HistoryRow, NeedleError>;
-
-    /// Whether the scene has come to its end.
-    fn finished(&self) -> bool;
-
-    /// Cycles so far.
-    fn steps(&self) -> usize;
-
-    /// The share of the scene's motion that is done, 0 to 1.
-    fn progress(&self) -> f64;
-
-    /// Seconds and calls of each stage so far.
-    fn stages(&self) -> &Stages;
-
     /// The mesh.
-    fn mesh(&self) -> &TriMesh;
-
-    /// Displacements of the mesh's vertices, m: `[x0 y0 x1 y1 ...]`.
-    fn displacement(&self) -> &[f64];
-
-    /// Strain energy, J.
-    fn strain_energy(&self) -> f64;
+    fn mesh(&self) -> &SimplexMesh<D, N>;
 
     /// The needle.
-    fn needle(&self) -> Option<&Needle>;
+    fn needle(&self) -> Option<&Needle<D>>;
 
     /// Vertices on the needle, from the tip backwards, and whether each sticks.
-    fn needle_nodes(&self) -> Vec<(stylet_mesh::VertexId, bool)>;
+    fn needle_nodes(&self) -> Vec<(VertexId, bool)>;
 
     /// The stiffness matrix of the last solve, N/m.
-    fn stiffness(&self) -> &BlockCsr<2>;
+    fn stiffness(&self) -> &BlockCsr<D>;
 
-    /// First Piola-Kirchhoff stress of each live triangle in ascending order, Pa: `[P11, P12, P21, P22]`.
-    fn stresses(&self) -> Vec<[f64; 4]>;
-
-    /// What the run says of itself, with the displacements at `probes`.
-    fn summary(&self, probes: &[Vec2]) -> Summary;
-
-    /// All that a later run needs to go on with the same bits.
-    fn save(&self) -> State;
+    /// First Piola-Kirchhoff stress of each live cell in ascending order, Pa, row by row: `P11, P12, ...`.
+    fn stresses(&self) -> Vec<f64>;
 }
 
-/// Makes the scene's starting state. `threads` is the most that any stage may use.
+/// Makes the starting state of a slab. `threads` is the most that any stage may use.
 ///
 /// # Errors
-/// [`NeedleError`] if the scene's keys do not go together, or a layer below refuses.
+/// [`NeedleError`] if the scene's keys do not go together, if it is not one of a slab, or a layer below refuses.
 pub fn start(scene: &Scene, threads: usize) -> Result<Box<dyn Simulation>, NeedleError> {
-    dispatch(scene, threads, None)
+    open_slab(scene, threads, None)
 }
 
-/// Goes on from a saved state, with the same bits as the run that was saved.
+/// As [`start`], of a cube.
+///
+/// # Errors
+/// As [`start`].
+pub fn start_cube(scene: &Scene, threads: usize) -> Result<Box<dyn Simulation<3, 4>>, NeedleError> {
+    open_cube(scene, threads, None)
+}
+
+/// Goes on from a saved state of a slab, with the same bits as the run that was saved.
 ///
 /// # Errors
 /// [`NeedleError::State`] if the state does not fit together.
-pub fn resume(state: State, threads: usize) -> Result<Box<dyn Simulation>, NeedleError> {
+pub fn resume(state: State<2, 3>, threads: usize) -> Result<Box<dyn Simulation>, NeedleError> {
     let scene = state.scene.clone();
-    dispatch(&scene, threads, Some(state))
+    open_slab(&scene, threads, Some(state))
+}
+
+/// As [`resume`], of a cube.
+///
+/// # Errors
+/// As [`resume`].
+pub fn resume_cube(state: State<3, 4>, threads: usize) -> Result<Box<dyn Simulation<3, 4>>, NeedleError> {
+    let scene = state.scene.clone();
+    open_cube(&scene, threads, Some(state))
 }
 
 /// The material is looked at once, here; everything below is compiled for it.
-fn dispatch(scene: &Scene, threads: usize, state: Option<State>) -> Result<Box<dyn Simulation>, NeedleError> {
-    crate::check::check(scene, &scene.name)?;
-    let (young, poisson) = (scene.material.young, scene.material.poisson);
-    let refuse =
-        |e: MaterialError| NeedleError::Inconsistent { source_name: scene.name.clone(), reason: e.to_string() };
+fn open_slab(scene: &Scene, threads: usize, state: Option<State<2, 3>>) -> Result<Box<dyn Simulation>, NeedleError> {
+    check(scene, Tissue::Slab)?;
     match scene.material.model {
-        Model::Linear => {
-            let material = Linear::from_young_poisson(young, poisson).map_err(refuse)?;
-            Run::open(scene, PlaneStress::new(material), threads, state)
-        }
+        Model::Linear => Run::open(scene, PlaneStress::new(law(scene, Linear::from_young_poisson)?), threads, state),
         Model::StVenantKirchhoff => {
-            let material = StVenantKirchhoff::from_young_poisson(young, poisson).map_err(refuse)?;
-            Run::open(scene, PlaneStress::new(material), threads, state)
+            Run::open(scene, PlaneStress::new(law(scene, StVenantKirchhoff::from_young_poisson)?), threads, state)
         }
         Model::NeoHookean => {
-            let material = NeoHookean::from_young_poisson(young, poisson).map_err(refuse)?;
-            Run::open(scene, PlaneStress::new(material), threads, state)
+            Run::open(scene, PlaneStress::new(law(scene, NeoHookean::from_young_poisson)?), threads, state)
         }
     }
 }
 
+/// As [`open_slab`].
+fn open_cube(
+    scene: &Scene,
+    threads: usize,
+    state: Option<State<3, 4>>,
+) -> Result<Box<dyn Simulation<3, 4>>, NeedleError> {
+    check(scene, Tissue::Cube)?;
+    match scene.material.model {
+        Model::Linear => Run::open(scene, law(scene, Linear::from_young_poisson)?, threads, state),
+        Model::StVenantKirchhoff => {
+            Run::open(scene, law(scene, StVenantKirchhoff::from_young_poisson)?, threads, state)
+        }
+        Model::NeoHookean => Run::open(scene, law(scene, NeoHookean::from_young_poisson)?, threads, state),
+    }
+}
+
+fn check(scene: &Scene, expected: Tissue) -> Result<(), NeedleError> {
+    crate::check::check(scene, &scene.name)?;
+    if scene.mesh.kind == expected {
+        return Ok(());
+    }
+    let reason = format!("mesh.kind: found {:?}, expected {expected:?} here", scene.mesh.kind);
+    Err(NeedleError::Inconsistent { source_name: scene.name.clone(), reason })
+}
+
+/// A law with the moduli of a scene.
+fn law<M>(scene: &Scene, from_young_poisson: fn(f64, f64) -> Result<M, MaterialError>) -> Result<M, NeedleError> {
+    let MaterialStage { young, poisson, .. } = scene.material;
+    from_young_poisson(young, poisson)
+        .map_err(|e| NeedleError::Inconsistent { source_name: scene.name.clone(), reason: e.to_string() })
+}
+
 /// What a scene with a needle does.
-enum Experiment<M: Hyperelastic<2>> {
-    Static(Box<StaticLoad<M>>),
-    Insertion(Box<Insertion<M>>),
+enum Experiment<const D: usize, const N: usize, M: Hyperelastic<D>> {
+    Static(Box<StaticLoad<D, N, M>>),
+    Insertion(Box<Insertion<D, N, M>>),
 }
 
 /// A running scene of one material.
-struct Run<M: Hyperelastic<2>> {
+struct Run<const D: usize, const N: usize, M: Hyperelastic<D>> {
     scene: Scene,
-    experiment: Experiment<M>,
+    experiment: Experiment<D, N, M>,
     stages: Stages,
     threads: usize,
     wall: f64,
@@ -122,13 +143,13 @@ struct Run<M: Hyperelastic<2>> {
     first_step: usize,
 }
 
-impl<M: Hyperelastic<2> + 'static> Run<M> {
+impl<const D: usize, const N: usize, M: Hyperelastic<D> + 'static> Run<D, N, M> {
     fn open(
         scene: &Scene,
         material: M,
         threads: usize,
-        state: Option<State>,
-    ) -> Result<Box<dyn Simulation>, NeedleError> {
+        state: Option<State<D, N>>,
+    ) -> Result<Box<dyn Simulation<D, N>>, NeedleError> {
         let mut stages = Stages::default();
         let since = Instant::now();
         let needle = scene.needle.as_ref();
@@ -161,7 +182,7 @@ impl<M: Hyperelastic<2> + 'static> Run<M> {
         Ok(Box::new(run))
     }
 
-    fn slab(&self) -> &Slab<M> {
+    fn slab(&self) -> &Slab<D, N, M> {
         match &self.experiment {
             Experiment::Static(load) => &load.slab,
             Experiment::Insertion(insertion) => &insertion.slab,
@@ -171,18 +192,20 @@ impl<M: Hyperelastic<2> + 'static> Run<M> {
     fn needle_summary(&self) -> NeedleSummary {
         match &self.experiment {
             Experiment::Static(load) => NeedleSummary {
-                tip: load.needle.tip(),
-                tip_reference: load.needle.tip(),
+                tip: load.needle.tip().to_vec(),
+                tip_reference: load.needle.tip().to_vec(),
+                base_force: vec![0.0; D],
+                base_torque: Hold::<D>::default().moment_components().to_vec(),
                 nodes: load.nodes.len(),
                 ..NeedleSummary::default()
             },
             Experiment::Insertion(insertion) => {
-                let (base_force, base_torque) = insertion.held_by();
+                let held_by = insertion.held_by();
                 NeedleSummary {
-                    tip: insertion.needle.tip(),
-                    tip_reference: insertion.tip_reference(),
-                    base_force,
-                    base_torque: [base_torque],
+                    tip: insertion.needle.tip().to_vec(),
+                    tip_reference: insertion.tip_reference().to_vec(),
+                    base_force: held_by.force.to_vec(),
+                    base_torque: held_by.moment_components().to_vec(),
                     rearrangements: insertion.cycles(),
                     unsettled: insertion.unsettled(),
                     nodes: insertion.shaft.nodes.len(),
@@ -199,9 +222,13 @@ fn unreachable_stages<T>(scene: &Scene) -> Result<T, NeedleError> {
     Err(NeedleError::Inconsistent { source_name: scene.name.clone(), reason })
 }
 
-impl<M: Hyperelastic<2> + 'static> Simulation for Run<M> {
-    fn scene(&self) -> &Scene {
-        &self.scene
+impl<const D: usize, const N: usize, M: Hyperelastic<D> + 'static> stylet_tissue::Simulation for Run<D, N, M> {
+    fn name(&self) -> &str {
+        &self.scene.name
+    }
+
+    fn dim(&self) -> usize {
+        D
     }
 
     fn step(&mut self) -> Result<HistoryRow, NeedleError> {
@@ -209,7 +236,7 @@ impl<M: Hyperelastic<2> + 'static> Simulation for Run<M> {
         let before = self.stages;
         let result = match &mut self.experiment {
             Experiment::Insertion(insertion) => insertion.cycle(&mut self.stages),
-            Experiment::Static(load) => load.solve(&mut self.stages).map(|iterations| HistoryRow {
+            Experiment::Static(load) => load.solve(&mut self.stages).map(|iterations| CycleRow {
                 step: 1,
                 depth_m: load.needle.pose().insert,
                 tip: load.needle.tip(),
@@ -218,11 +245,11 @@ impl<M: Hyperelastic<2> + 'static> Simulation for Run<M> {
                 needle_nodes: load.nodes.len(),
                 nodes: load.slab.mesh.n_vertices(),
                 elements: load.slab.mesh.n_cells(),
-                ..HistoryRow::default()
+                held_by: Hold::default(),
             }),
         };
         self.wall += since.elapsed().as_secs_f64();
-        result.map(|row| HistoryRow { stage_seconds: self.stages.seconds_since(&before), ..row })
+        result.map(|row| HistoryRow { stage_seconds: self.stages.seconds_since(&before), ..row.into() })
     }
 
     fn finished(&self) -> bool {
@@ -246,12 +273,32 @@ impl<M: Hyperelastic<2> + 'static> Simulation for Run<M> {
         }
     }
 
+    fn place(&self, row: &HistoryRow) -> String {
+        let (depth, _) = depth_and_force::<D>(row);
+        let cells = if D == 2 { "triangles" } else { "tetrahedra" };
+        format!("cycle {}, {:.1} mm in, {} {cells}", row.step, 1e3 * depth, row.elements)
+    }
+
+    /// Cycles stand for the time that quasi-static scenes do not have.
+    fn frame_time(&self) -> f64 {
+        self.steps() as f64
+    }
+
     fn stages(&self) -> &Stages {
         &self.stages
     }
 
-    fn mesh(&self) -> &TriMesh {
-        &self.slab().mesh
+    fn columns(&self) -> Columns {
+        columns(&self.scene)
+    }
+
+    fn points(&self) -> &[f64] {
+        self.slab().mesh.points().as_flattened()
+    }
+
+    fn cells(&self) -> Vec<u32> {
+        let mesh = &self.slab().mesh;
+        mesh.cells().flat_map(|cell| mesh.cell(cell)).map(|vertex| vertex.0).collect()
     }
 
     fn displacement(&self) -> &[f64] {
@@ -262,36 +309,7 @@ impl<M: Hyperelastic<2> + 'static> Simulation for Run<M> {
         self.slab().strain_energy()
     }
 
-    fn needle(&self) -> Option<&Needle> {
-        match &self.experiment {
-            Experiment::Static(load) => Some(&load.needle),
-            Experiment::Insertion(insertion) => Some(&insertion.needle),
-        }
-    }
-
-    fn needle_nodes(&self) -> Vec<(stylet_mesh::VertexId, bool)> {
-        match &self.experiment {
-            Experiment::Static(load) => load.nodes.iter().rev().map(|&vertex| (vertex, false)).collect(),
-            Experiment::Insertion(insertion) => {
-                insertion.shaft.nodes.iter().map(|node| (node.vertex, node.sticks())).collect()
-            }
-        }
-    }
-
-    fn stiffness(&self) -> &BlockCsr<2> {
-        self.slab().body.stiffness()
-    }
-
-    fn stresses(&self) -> Vec<[f64; 4]> {
-        let slab = self.slab();
-        let of = |cell| {
-            // Every live cell of the mesh has its element.
-            slab.body.stress(cell, &slab.u).map_or([f64::NAN; 4], |p| [p[(0, 0)], p[(0, 1)], p[(1, 0)], p[(1, 1)]])
-        };
-        slab.mesh.cells().map(of).collect()
-    }
-
-    fn summary(&self, probes: &[Vec2]) -> Summary {
+    fn summary(&self, probes: &[Vec<f64>]) -> Summary {
         let slab = self.slab();
         let totals = slab.solver().totals();
         let steps = self.steps();
@@ -319,7 +337,7 @@ impl<M: Hyperelastic<2> + 'static> Simulation for Run<M> {
                 first_unconverged_cycle: totals.first_unconverged,
             },
             needle: Some(self.needle_summary()),
-            probes: probes.iter().map(|&at| Probe { at, displacement: displacement_at(slab, at) }).collect(),
+            probes: probes.iter().map(|at| Probe { at: at.clone(), displacement: displacement_at(slab, at) }).collect(),
             quality: QualitySummary {
                 min_angle_deg: quality.min_angle_deg,
                 max_angle_deg: quality.max_angle_deg,
@@ -330,18 +348,78 @@ impl<M: Hyperelastic<2> + 'static> Simulation for Run<M> {
         }
     }
 
-    fn save(&self) -> State {
+    fn save(&self) -> Result<Saved, String> {
         let experiment = match &self.experiment {
             Experiment::Static(_) => SavedExperiment::Static,
             Experiment::Insertion(insertion) => SavedExperiment::Insertion(Box::new(insertion.save())),
         };
-        State { scene: self.scene.clone(), experiment, rows: Vec::new(), frames: Vec::new() }
+        State { scene: self.scene.clone(), experiment }.to_saved()
+    }
+
+    fn frame_series(&self) -> &'static [FrameSeries] {
+        frames::SERIES
+    }
+
+    fn write_frame(&self, series: usize, path: &Path) -> Result<(), NeedleError> {
+        match (series, self.needle()) {
+            (0, _) => frames::write_body(self, path),
+            (_, Some(needle)) => frames::write_needle(self, needle, path),
+            _ => Ok(()),
+        }
+    }
+
+    fn draw(&self, folder: &Path, rows: &[HistoryRow]) -> Result<(), NeedleError> {
+        picture::draw(self, folder, rows)
+    }
+}
+
+impl<const D: usize, const N: usize, M: Hyperelastic<D> + 'static> Simulation<D, N> for Run<D, N, M> {
+    fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    fn mesh(&self) -> &SimplexMesh<D, N> {
+        &self.slab().mesh
+    }
+
+    fn needle(&self) -> Option<&Needle<D>> {
+        match &self.experiment {
+            Experiment::Static(load) => Some(&load.needle),
+            Experiment::Insertion(insertion) => Some(&insertion.needle),
+        }
+    }
+
+    fn needle_nodes(&self) -> Vec<(VertexId, bool)> {
+        match &self.experiment {
+            Experiment::Static(load) => load.nodes.iter().rev().map(|&vertex| (vertex, false)).collect(),
+            Experiment::Insertion(insertion) => {
+                insertion.shaft.nodes.iter().map(|node| (node.vertex, node.sticks())).collect()
+            }
+        }
+    }
+
+    fn stiffness(&self) -> &BlockCsr<D> {
+        self.slab().body.stiffness()
+    }
+
+    fn stresses(&self) -> Vec<f64> {
+        let slab = self.slab();
+        let mut stresses = Vec::with_capacity(D * D * slab.mesh.n_cells());
+        for cell in slab.mesh.cells() {
+            let stress = slab.body.stress(cell, &slab.u);
+            // Every live cell of the mesh has its element.
+            let component = |k: usize| stress.map_or(f64::NAN, |p| p[(k / D, k % D)]);
+            stresses.extend((0..D * D).map(component));
+        }
+        stresses
     }
 }
 
 /// The P1 displacement at a point of the undeformed slab; NaN outside, which checked probes never are.
-fn displacement_at<M: Hyperelastic<2>>(slab: &Slab<M>, at: Vec2) -> Vec2 {
-    let Some(inside) = find_in_reference(&slab.mesh, slab.mesh.cells(), at) else { return [f64::NAN; 2] };
+fn displacement_at<const D: usize, const N: usize, M: Hyperelastic<D>>(slab: &Slab<D, N, M>, at: &[f64]) -> Vec<f64> {
+    let found = at.try_into().ok().and_then(|at: [f64; D]| find_in_reference(&slab.mesh, slab.mesh.cells(), at));
+    let Some(inside) = found else { return vec![f64::NAN; D] };
     let vertices = slab.mesh.cell(inside.cell);
-    std::array::from_fn(|k| (0..3).map(|i| inside.barycentric[i] * slab.u[2 * vertices[i].index() + k]).sum())
+    let component = |k| (0..N).map(|i| inside.barycentric[i] * slab.u[D * vertices[i].index() + k]).sum();
+    (0..D).map(component).collect()
 }

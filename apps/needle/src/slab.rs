@@ -1,44 +1,44 @@
-//! The slab: mesh, body, displacement, load and supports, kept in step with each other through mesh changes.
+//! The slab, or the cube: mesh, body, displacement, load and supports, kept in step with each other through mesh changes.
 
 use crate::equilibrium::{Equilibrium, SolveOutcome, Totals};
 use crate::error::NeedleError;
-use crate::needle::{Vec2, cross, minus};
 use crate::scene::{Scene, Side};
 use crate::stages::{Stage, Stages};
-use crate::tip::{TriMesh, deformed_corners};
+use crate::tip::deformed_corners;
 use serde::{Deserialize, Serialize};
 use std::time::Instant;
-use stylet_mesh::{CellId, MeshChange, VertexId, generate};
+use stylet_mesh::geometry::signed_measure;
+use stylet_mesh::{CellId, MeshChange, SimplexMesh, VertexId, generate};
 use stylet_physics::body::{Body, BodyError, Linearization};
 use stylet_physics::material::Hyperelastic;
 use stylet_solver::energy::Energy;
 use stylet_solver::subspace::{Constraint, Subspace};
 
-/// A relocated node must leave each triangle around it at least this share of its area (Chapter 3 of Nienhuys, 2003, and
-/// nodes that all lie on the needle, would otherwise flatten triangles).
+/// A relocated node must leave each cell around it at least this share of its area (Chapter 3 of Nienhuys, 2003, and
+/// nodes that all lie on the needle, would otherwise flatten cells).
 const LEAST_AREA_KEPT: f64 = 0.2;
 
-/// A square slab in plane stress.
+/// A square slab in plane stress, or a cube.
 #[derive(Clone)]
-pub struct Slab<M: Hyperelastic<2>> {
-    /// The triangles.
-    pub mesh: TriMesh,
+pub struct Slab<const D: usize, const N: usize, M: Hyperelastic<D>> {
+    /// Triangles or tetrahedra.
+    pub mesh: SimplexMesh<D, N>,
     /// Elements and stiffness.
-    pub body: Body<2, 3, M>,
+    pub body: Body<D, N, M>,
     /// Displacement, m.
     pub u: Vec<f64>,
     /// External nodal forces, N.
     pub load: Vec<f64>,
     /// What each node may do.
-    pub subspace: Subspace<2>,
+    pub subspace: Subspace<D>,
     side: f64,
     clamped: Side,
-    solver: Equilibrium,
+    solver: Equilibrium<D>,
     change: MeshChange,
     touched: Vec<usize>,
 }
 
-impl<M: Hyperelastic<2>> Slab<M> {
+impl<const D: usize, const N: usize, M: Hyperelastic<D>> Slab<D, N, M> {
     /// The slab of a scene at its starting level, at rest.
     ///
     /// # Errors
@@ -46,34 +46,35 @@ impl<M: Hyperelastic<2>> Slab<M> {
     pub fn new(scene: &Scene, material: M, threads: usize, stages: &mut Stages) -> Result<Self, NeedleError> {
         let since = Instant::now();
         let side = scene.mesh.side;
-        let mut mesh: TriMesh = generate::kuhn_box([0.0; 2], [side; 2], [1, 1]).map_err(|e| mesh_error(0, e))?;
-        let mut change = MeshChange::default();
-        mesh.refine_everywhere(scene.mesh.longest_edge(scene.mesh.h_start), &mut change)
-            .map_err(|e| mesh_error(0, e))?;
+        let mut mesh = generate::kuhn_box([0.0; D], [side; D], [1; D]).map_err(|e| mesh_error(0, e))?;
+        if let Some(longest_edge) = scene.mesh.longest_edge_at_start() {
+            let mut change = MeshChange::default();
+            mesh.refine_everywhere(longest_edge, &mut change).map_err(|e| mesh_error(0, e))?;
+        }
         stages.lap(Stage::Mesh, since);
         Self::from_mesh(scene, mesh, material, threads, stages)
     }
 
-    /// A slab with any conforming mesh of triangles, at rest. Nodes on the clamped side of the scene's square are fixed.
+    /// A slab with any conforming mesh, at rest. Nodes on the clamped side of the scene's square or cube are fixed.
     ///
     /// # Errors
     /// As [`new`](Self::new).
     pub fn from_mesh(
         scene: &Scene,
-        mesh: TriMesh,
+        mesh: SimplexMesh<D, N>,
         material: M,
         threads: usize,
         stages: &mut Stages,
     ) -> Result<Self, NeedleError> {
         let since = Instant::now();
         let mut body =
-            Body::new(&mesh, material, scene.mesh.thickness).map_err(|e| solve_error(0, format!("body: {e}")))?;
+            Body::new(&mesh, material, scene.mesh.thickness()).map_err(|e| solve_error(0, format!("body: {e}")))?;
         body.set_threads(threads);
         let n = mesh.n_vertex_slots();
         let mut slab = Self {
             body,
-            u: vec![0.0; 2 * n],
-            load: vec![0.0; 2 * n],
+            u: vec![0.0; D * n],
+            load: vec![0.0; D * n],
             subspace: Subspace::new(n),
             side: scene.mesh.side,
             clamped: scene.support.clamped,
@@ -91,13 +92,9 @@ impl<M: Hyperelastic<2>> Slab<M> {
 
     /// Whether a node is held by the support.
     pub fn is_clamped(&self, vertex: VertexId) -> bool {
-        let [x, y] = self.mesh.point(vertex);
-        let distance = match self.clamped {
-            Side::Left => x,
-            Side::Right => self.side - x,
-            Side::Bottom => y,
-            Side::Top => self.side - y,
-        };
+        let point = self.mesh.point(vertex);
+        let (axis, far) = self.clamped.plane(D);
+        let distance = if far { self.side - point[axis] } else { point[axis] };
         distance <= 1e-12 * self.side
     }
 
@@ -108,7 +105,7 @@ impl<M: Hyperelastic<2>> Slab<M> {
     }
 
     /// Changes what a node may do.
-    pub fn constrain(&mut self, vertex: VertexId, constraint: Constraint<2>) {
+    pub fn constrain(&mut self, vertex: VertexId, constraint: Constraint<D>) {
         // The node exists and a needle's tangent is a unit vector, so there is nothing to refuse.
         let set = self.subspace.set(vertex.index(), constraint);
         debug_assert!(set.is_ok(), "{set:?}");
@@ -134,7 +131,7 @@ impl<M: Hyperelastic<2>> Slab<M> {
     ///
     /// # Errors
     /// [`NeedleError::Mesh`].
-    pub fn refine_along(&mut self, a: Vec2, b: Vec2, size: f64) -> Result<(), NeedleError> {
+    pub fn refine_along(&mut self, a: [f64; D], b: [f64; D], size: f64) -> Result<(), NeedleError> {
         let mut change = MeshChange::default();
         let result = self.mesh.refine_along(a, b, size, &mut change);
         let applied = self.apply_change(&change);
@@ -152,7 +149,7 @@ impl<M: Hyperelastic<2>> Slab<M> {
         if change.is_empty() {
             return Ok(());
         }
-        change.carry_field::<2>(&mut self.u);
+        change.carry_field::<D>(&mut self.u);
         self.load.resize(self.u.len(), 0.0);
         self.subspace.resize(self.mesh.n_vertex_slots());
         self.body.apply_change(&self.mesh, change)?;
@@ -172,30 +169,35 @@ impl<M: Hyperelastic<2>> Slab<M> {
     }
 
     /// Moves a vertex of the undeformed mesh, with a new displacement, and renews the elements around it. Returns whether
-    /// it did: a move that would flatten a triangle is not made; nor is one that would flatten a triangle of the deformed slab,
-    /// for a material that does not bear that.
+    /// it did: a move that would flatten a cell is not made; nor is one that would flatten a cell of the deformed slab, for a
+    /// material that does not bear that.
     ///
     /// # Errors
     /// [`NeedleError::Mesh`].
-    pub fn move_vertex(&mut self, vertex: VertexId, rest: Vec2, displacement: Vec2) -> Result<bool, NeedleError> {
+    pub fn move_vertex(
+        &mut self,
+        vertex: VertexId,
+        rest: [f64; D],
+        displacement: [f64; D],
+    ) -> Result<bool, NeedleError> {
         let mut star = Vec::new();
         self.mesh.star(vertex, &mut star);
-        let place = [rest[0] + displacement[0], rest[1] + displacement[1]];
+        let place = std::array::from_fn(|k| rest[k] + displacement[k]);
         if M::REQUIRES_POSITIVE_J && !star.iter().all(|&cell| self.keeps_area_in_space(cell, vertex, place)) {
             return Ok(false);
         }
         if self.mesh.move_vertex(vertex, rest, LEAST_AREA_KEPT).is_err() {
             return Ok(false);
         }
-        self.u[2 * vertex.index()..][..2].copy_from_slice(&displacement);
+        self.u[D * vertex.index()..][..D].copy_from_slice(&displacement);
         let change = MeshChange::moved(star);
         self.apply_change(&change).map_err(|e| mesh_error(0, e))?;
         Ok(true)
     }
 
-    /// Whether a triangle of the deformed slab keeps its share of area when its corner `vertex` goes to `place`. Where the
-    /// tissue is deformed, a triangle with area left in the undeformed slab may be flat or turned over in space.
-    fn keeps_area_in_space(&self, cell: CellId, vertex: VertexId, place: Vec2) -> bool {
+    /// Whether a cell of the deformed slab keeps its share of area when its corner `vertex` goes to `place`. Where the
+    /// tissue is deformed, a cell with area left in the undeformed slab may be flat or turned over in space.
+    fn keeps_area_in_space(&self, cell: CellId, vertex: VertexId, place: [f64; D]) -> bool {
         let before = deformed_corners(&self.mesh, &self.u, cell);
         let mut after = before;
         for (corner, v) in after.iter_mut().zip(self.mesh.cell(cell)) {
@@ -204,7 +206,7 @@ impl<M: Hyperelastic<2>> Slab<M> {
             }
         }
         // False for a NaN.
-        area(after) / area(before) >= LEAST_AREA_KEPT
+        signed_measure(&after) / signed_measure(&before) >= LEAST_AREA_KEPT
     }
 
     /// Finds the equilibrium for the present constraints and load, from the present displacement.
@@ -236,10 +238,10 @@ impl<M: Hyperelastic<2>> Slab<M> {
             || self.mesh.cells().filter_map(|cell| Some((cell, self.body.deformation_gradient(cell, &self.u)?)));
         let centre = |cell| {
             let corners = self.mesh.corners(cell);
-            std::array::from_fn(|k| corners.iter().map(|c| c[k]).sum::<f64>() / 3.0)
+            (0..D).map(|k| corners.iter().map(|c| c[k]).sum::<f64>() / N as f64).collect()
         };
         let outside = gradients().find(|(_, f)| !self.body.material().energy_density(f).is_finite());
-        let worst = gradients().map(|(cell, f)| (cell, f.determinant())).min_by(|a, b| a.1.total_cmp(&b.1));
+        let worst = self.body.smallest_jacobian(&self.u);
         match (worst, outside) {
             (Some((cell, det_f)), _) if M::REQUIRES_POSITIVE_J && det_f < 0.05 => {
                 NeedleError::Inverting { cycle, cell, centre: centre(cell), det_f, reason }
@@ -250,7 +252,7 @@ impl<M: Hyperelastic<2>> Slab<M> {
     }
 
     /// The gradient of the strain energy at a node after a solve, N: what holds the node where it is.
-    pub fn elastic_force(&self, vertex: VertexId) -> Vec2 {
+    pub fn elastic_force(&self, vertex: VertexId) -> [f64; D] {
         self.solver.elastic_force(&self.load, vertex.index())
     }
 
@@ -264,21 +266,22 @@ impl<M: Hyperelastic<2>> Slab<M> {
         self.solver.carry_along(self.body.stiffness(), &self.subspace, way)
     }
 
-    /// The largest `t` up to `limit` such that no triangle is inverted on the way from the present displacement to `t` times
+    /// The largest `t` up to `limit` such that no cell is inverted on the way from the present displacement to `t` times
     /// `way`.
     pub fn max_step(&mut self, way: &[f64], limit: f64) -> f64 {
         self.body.max_step(&self.u, way, limit)
     }
 
     /// The solver.
-    pub fn solver(&self) -> &Equilibrium {
+    pub fn solver(&self) -> &Equilibrium<D> {
         &self.solver
     }
 
-    /// Triangles that the deformation has turned over.
+    /// Cells that the deformation has turned over.
     pub fn inverted_elements(&self) -> usize {
-        let det = |cell| self.body.deformation_gradient(cell, &self.u).map_or(1.0, |f| f.determinant());
-        self.mesh.cells().filter(|&cell| det(cell) <= 0.0).count()
+        let rest = |cell| signed_measure(&self.mesh.corners(cell));
+        let deformed = |cell| signed_measure(&deformed_corners(&self.mesh, &self.u, cell));
+        self.mesh.cells().filter(|&cell| deformed(cell) / rest(cell) <= 0.0).count()
     }
 
     /// Strain energy, J.
@@ -287,7 +290,7 @@ impl<M: Hyperelastic<2>> Slab<M> {
     }
 
     /// All that a later run needs to go on with the same bits.
-    pub fn save(&self) -> SlabState {
+    pub fn save(&self) -> SlabState<D, N> {
         SlabState {
             mesh: self.mesh.clone(),
             u: self.u.clone(),
@@ -303,13 +306,13 @@ impl<M: Hyperelastic<2>> Slab<M> {
     ///
     /// # Errors
     /// What does not fit together in the state.
-    pub fn restore(scene: &Scene, material: M, threads: usize, state: SlabState) -> Result<Self, String> {
+    pub fn restore(scene: &Scene, material: M, threads: usize, state: SlabState<D, N>) -> Result<Self, String> {
         let n = state.mesh.n_vertex_slots();
-        if state.u.len() != 2 * n || state.load.len() != 2 * n || state.subspace.n_nodes() != n {
+        if state.u.len() != D * n || state.load.len() != D * n || state.subspace.n_nodes() != n {
             return Err(format!("found fields that do not fit its {n} nodes"));
         }
         state.mesh.check_invariants().map_err(|e| format!("found a broken mesh: {e}"))?;
-        let mut body = Body::new(&state.mesh, material, scene.mesh.thickness).map_err(|e| e.to_string())?;
+        let mut body = Body::new(&state.mesh, material, scene.mesh.thickness()).map_err(|e| e.to_string())?;
         body.set_threads(threads);
         body.restore_linearization(&state.linearization).map_err(|e| e.to_string())?;
         let mut solver = Equilibrium::new(scene, threads);
@@ -333,18 +336,14 @@ impl<M: Hyperelastic<2>> Slab<M> {
     }
 }
 
-/// Twice the signed area of a triangle, m^2.
-fn area(corners: [Vec2; 3]) -> f64 {
-    cross(minus(corners[1], corners[0]), minus(corners[2], corners[0]))
-}
-
 /// A slab as a state file holds it: everything that cannot be derived.
 #[derive(Clone, Serialize, Deserialize)]
-pub struct SlabState {
-    mesh: TriMesh,
+#[serde(bound = "")]
+pub struct SlabState<const D: usize, const N: usize> {
+    mesh: SimplexMesh<D, N>,
     u: Vec<f64>,
     load: Vec<f64>,
-    subspace: Subspace<2>,
+    subspace: Subspace<D>,
     linearization: Linearization,
     holds_linearization: bool,
     totals: Totals,

@@ -2,7 +2,7 @@
 
 use crate::error::NeedleError;
 use crate::motion::Pose;
-use crate::needle::{Needle, Vec2};
+use crate::needle::Needle;
 use crate::relocate;
 use crate::scene::{Distribution, LoadStage, NeedleStage, Scene};
 use crate::slab::{Slab, mesh_error, solve_error};
@@ -14,20 +14,20 @@ use stylet_physics::body::segment_load;
 use stylet_physics::friction::LineDensity;
 use stylet_physics::material::Hyperelastic;
 
-/// A slab under the load of a needle that is in place.
+/// A slab or a cube under the load of a needle that is in place.
 #[derive(Clone)]
-pub struct StaticLoad<M: Hyperelastic<2>> {
+pub struct StaticLoad<const D: usize, const N: usize, M: Hyperelastic<D>> {
     /// The tissue.
-    pub slab: Slab<M>,
+    pub slab: Slab<D, N, M>,
     /// The needle.
-    pub needle: Needle,
+    pub needle: Needle<D>,
     /// Nodes on the needle, from the entry to the tip.
     pub nodes: Vec<VertexId>,
     /// Whether the equilibrium has been found.
     pub solved: bool,
 }
 
-impl<M: Hyperelastic<2>> StaticLoad<M> {
+impl<const D: usize, const N: usize, M: Hyperelastic<D>> StaticLoad<D, N, M> {
     /// Refines a slab along the needle, finds the needle nodes, relocates them if asked, and puts the load on.
     ///
     /// # Errors
@@ -36,14 +36,14 @@ impl<M: Hyperelastic<2>> StaticLoad<M> {
         scene: &Scene,
         stage: &NeedleStage,
         load: &LoadStage,
-        mut slab: Slab<M>,
+        mut slab: Slab<D, N, M>,
         stages: &mut Stages,
     ) -> Result<Self, NeedleError> {
-        let mut needle = Needle::new(stage.entry, stage.angle);
+        let mut needle = stage.needle();
         let entry = needle.tip();
         needle.set_pose(Pose { insert: stage.depth, sleeve: 0.0 });
         let since = Instant::now();
-        slab.refine_along(entry, needle.tip(), scene.mesh.longest_edge(scene.mesh.h_ref))?;
+        slab.refine_along(entry, needle.tip(), scene.mesh.longest_edge_around_needle())?;
         let since = stages.lap(Stage::Refine, since);
         let nodes = nodes_along(&slab, entry, &needle);
         let mut since = stages.lap(Stage::Capture, since);
@@ -91,26 +91,32 @@ fn from_entry(density: &LineDensity, depth: f64) -> Vec<(f64, f64)> {
     behind.iter().rev().map(|&s| (depth - s, density.at(s))).collect()
 }
 
-/// The closest node of each edge that the needle crosses, and of the edge that the tip lies on, from the entry to the tip.
-fn nodes_along<M: Hyperelastic<2>>(slab: &Slab<M>, entry: Vec2, needle: &Needle) -> Vec<VertexId> {
+/// The closest node of each facet that the needle crosses, and of the facet that the tip lies on, from the entry to the tip.
+fn nodes_along<const D: usize, const N: usize, M: Hyperelastic<D>>(
+    slab: &Slab<D, N, M>,
+    entry: [f64; D],
+    needle: &Needle<D>,
+) -> Vec<VertexId> {
     let rest = vec![0.0; slab.u.len()];
     let mut crossed = Vec::new();
     let mut tip = follow(&slab.mesh, &rest, Tip::Outside(entry), needle.tip(), &mut crossed);
-    // A needle that lies on a side of the slab crosses no edge on its way in, yet follows edges from there on.
+    // A needle that lies on a side of the slab crosses no facet on its way in, yet follows facets from there on.
     if matches!(tip, Tip::Outside(_))
         && crossed.is_empty()
         && let Some(inside) = find_in_reference(&slab.mesh, slab.mesh.cells(), entry)
     {
-        let nearest = (0..3).max_by(|&i, &j| inside.barycentric[i].total_cmp(&inside.barycentric[j])).unwrap_or(0);
+        let nearest = (0..N).max_by(|&i, &j| inside.barycentric[i].total_cmp(&inside.barycentric[j])).unwrap_or(0);
         crossed.push(slab.mesh.cell(inside.cell)[nearest]);
         tip = follow(&slab.mesh, &rest, Tip::Inside(inside), needle.tip(), &mut crossed);
     }
     if let Tip::Inside(inside) = tip {
         let vertices = slab.mesh.cell(inside.cell);
-        let on_edge = (0..3).find(|&k| inside.barycentric[k].abs() <= 1e-9);
-        if let Some(facet) = on_edge {
-            let (i, j) = ((facet + 1) % 3, (facet + 2) % 3);
-            let nearest = if inside.barycentric[i] >= inside.barycentric[j] { vertices[i] } else { vertices[j] };
+        let on_facet = (0..N).find(|&k| inside.barycentric[k].abs() <= 1e-9);
+        if let Some(facet) = on_facet {
+            // The first of several.
+            let others = (1..N).rev().map(|step| (facet + step) % N);
+            let weight = |corner: usize| inside.barycentric[corner];
+            let nearest = vertices[others.max_by(|&i, &j| weight(i).total_cmp(&weight(j))).unwrap_or(facet)];
             if !crossed.contains(&nearest) {
                 crossed.push(nearest);
             }
@@ -124,14 +130,19 @@ fn nodes_along<M: Hyperelastic<2>>(slab: &Slab<M>, entry: Vec2, needle: &Needle)
 }
 
 /// Density at each node times half the distance to each neighbour along the needle.
-fn lumped<M: Hyperelastic<2>>(slab: &mut Slab<M>, needle: &Needle, nodes: &[VertexId], density: &LineDensity) {
+fn lumped<const D: usize, const N: usize, M: Hyperelastic<D>>(
+    slab: &mut Slab<D, N, M>,
+    needle: &Needle<D>,
+    nodes: &[VertexId],
+    density: &LineDensity,
+) {
     let behind: Vec<f64> = nodes.iter().map(|&v| needle.frame_of(slab.mesh.point(v)).behind).collect();
     for (index, &vertex) in nodes.iter().enumerate() {
         let before = if index > 0 { behind[index - 1] - behind[index] } else { 0.0 };
         let after = if index + 1 < nodes.len() { behind[index] - behind[index + 1] } else { 0.0 };
         let force = density.at(behind[index]) * 0.5 * (before + after);
-        for k in 0..2 {
-            slab.load[2 * vertex.index() + k] += force * needle.tangent()[k];
+        for k in 0..D {
+            slab.load[D * vertex.index() + k] += force * needle.tangent()[k];
         }
     }
 }

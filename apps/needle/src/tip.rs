@@ -1,10 +1,15 @@
-//! Following the needle's tip through a deforming triangle mesh.
+//! Following the needle's tip through a deforming mesh of triangles or tetrahedra.
 //!
-//! The tip is known by the triangle it is in and its barycentric coordinates there, so it has a place both in space and
-//! in the undeformed body. When it moves, or when the tissue moves past it, it walks from triangle to triangle in the
-//! deformed mesh; of each edge on its way it takes note of the closest node (section 6.4 of Nienhuys, 2003).
+//! The tip is known by the cell it is in and its barycentric coordinates there, so it has a place both in space and in the
+//! undeformed body. When it moves, or when the tissue moves past it, it walks from cell to cell in the deformed mesh; of
+//! each facet (edge of a triangle, face of a tetrahedron) on its way it takes note of the closest node (section 6.4 of
+//! Nienhuys, 2003).
+//!
+//! A way through a vertex, along an edge or along a face is no exception: a point on a facet counts as inside either cell,
+//! so that the tip stays in the cell it is in as long as it can.
 
-use crate::needle::{Vec2, along, cross, dot, minus};
+use crate::facet::{barycentric, crossing_inwards, nearest_to_way};
+use crate::needle::{along, dot, minus};
 use serde::{Deserialize, Serialize};
 use stylet_mesh::geometry::combine;
 use stylet_mesh::{CellId, SimplexMesh, VertexId};
@@ -12,98 +17,107 @@ use stylet_mesh::{CellId, SimplexMesh, VertexId};
 /// A triangle mesh.
 pub type TriMesh = SimplexMesh<2, 3>;
 
-/// How far outside a triangle (in barycentric coordinates) a point still counts as inside: a tip that runs along an edge
-/// does not cross it by rounding errors.
+/// How far outside a cell (in barycentric coordinates) a point still counts as inside: a tip that runs along a facet does
+/// not cross it by rounding errors.
 const SLACK: f64 = 1e-9;
 
 /// A point of the body.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
-pub struct Inside {
-    /// The triangle.
+pub struct Inside<const N: usize> {
+    /// The cell.
     pub cell: CellId,
-    /// Barycentric coordinates, in the order of the triangle's vertices.
-    pub barycentric: [f64; 3],
+    /// Barycentric coordinates, in the order of the cell's vertices.
+    #[serde(with = "crate::array")]
+    pub barycentric: [f64; N],
 }
 
 /// Where a tip is: in the body, or at a point of space outside it.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
-pub enum Tip {
+pub enum Tip<const D: usize, const N: usize> {
     /// Outside the body, at this point.
-    Outside(Vec2),
-    /// In a triangle.
-    Inside(Inside),
+    Outside(#[serde(with = "crate::array")] [f64; D]),
+    /// In a cell.
+    Inside(Inside<N>),
 }
 
 /// Position of a vertex in the deformed body, m.
 #[inline]
-pub fn deformed(mesh: &TriMesh, u: &[f64], vertex: VertexId) -> Vec2 {
+pub fn deformed<const D: usize, const N: usize>(mesh: &SimplexMesh<D, N>, u: &[f64], vertex: VertexId) -> [f64; D] {
     let rest = mesh.point(vertex);
-    let at = 2 * vertex.index();
-    [rest[0] + u[at], rest[1] + u[at + 1]]
+    let u = &u[D * vertex.index()..][..D];
+    std::array::from_fn(|k| rest[k] + u[k])
 }
 
-/// Corners of a triangle in the deformed body, m.
+/// Corners of a cell in the deformed body, m.
 #[inline]
-pub fn deformed_corners(mesh: &TriMesh, u: &[f64], cell: CellId) -> [Vec2; 3] {
+pub fn deformed_corners<const D: usize, const N: usize>(
+    mesh: &SimplexMesh<D, N>,
+    u: &[f64],
+    cell: CellId,
+) -> [[f64; D]; N] {
     mesh.cell(cell).map(|vertex| deformed(mesh, u, vertex))
 }
 
-/// Barycentric coordinates of `p`; not finite if the triangle is flat.
-#[inline]
-pub fn barycentric(corners: [Vec2; 3], p: Vec2) -> [f64; 3] {
-    let (a, b, c) = (minus(corners[0], p), minus(corners[1], p), minus(corners[2], p));
-    let (u, v, w) = (cross(b, c), cross(c, a), cross(a, b));
-    let sum = u + v + w;
-    [u / sum, v / sum, w / sum]
-}
-
-fn contains(barycentric: [f64; 3]) -> bool {
+fn contains<const N: usize>(barycentric: [f64; N]) -> bool {
     barycentric.iter().all(|&l| l >= -SLACK)
 }
 
-impl Inside {
+impl<const N: usize> Inside<N> {
     /// The point in space, m.
-    pub fn in_space(&self, mesh: &TriMesh, u: &[f64]) -> Vec2 {
+    pub fn in_space<const D: usize>(&self, mesh: &SimplexMesh<D, N>, u: &[f64]) -> [f64; D] {
         combine(&deformed_corners(mesh, u, self.cell), &self.barycentric)
     }
 
     /// The point in the undeformed body, m.
-    pub fn in_reference(&self, mesh: &TriMesh) -> Vec2 {
+    pub fn in_reference<const D: usize>(&self, mesh: &SimplexMesh<D, N>) -> [f64; D] {
         combine(&mesh.corners(self.cell), &self.barycentric)
     }
 
-    /// The triangles that this point touches: its own, and those around the edge or vertex that it lies on.
-    pub fn touching(&self, mesh: &TriMesh, out: &mut Vec<CellId>) {
+    /// The cells that this point touches: its own, and those around the facet, edge or vertex that it lies on.
+    pub fn touching<const D: usize>(&self, mesh: &SimplexMesh<D, N>, out: &mut Vec<CellId>) {
         out.clear();
         out.push(self.cell);
-        let near = self.barycentric.map(|l| l.abs() <= SLACK);
         let vertices = mesh.cell(self.cell);
-        match near.iter().filter(|&&n| n).count() {
+        let near = self.barycentric.map(|l| l.abs() <= SLACK);
+        let of_face = || (0..N).filter(|&corner| !near[corner]);
+        match N - of_face().count() {
             0 => {}
             1 => {
                 let facet = near.iter().position(|&n| n).unwrap_or(0);
                 out.extend(mesh.neighbor(self.cell, facet));
             }
             _ => {
-                let corner = near.iter().position(|&n| !n).unwrap_or(0);
-                mesh.star(vertices[corner], out);
+                mesh.star(vertices[of_face().next().unwrap_or(0)], out);
+                out.retain(|&cell| of_face().all(|corner| mesh.cell(cell).contains(&vertices[corner])));
             }
         }
     }
 }
 
-/// The live triangle of the undeformed body that holds `point`, the first by id. Visits all triangles.
-pub fn find_in_reference(mesh: &TriMesh, cells: impl Iterator<Item = CellId>, point: Vec2) -> Option<Inside> {
+/// The live cell of the undeformed body that holds `point`, the first by id. Visits all cells.
+pub fn find_in_reference<const D: usize, const N: usize>(
+    mesh: &SimplexMesh<D, N>,
+    cells: impl Iterator<Item = CellId>,
+    point: [f64; D],
+) -> Option<Inside<N>> {
     find(cells, |cell| mesh.corners(cell), point)
 }
 
-/// The live triangle of the deformed body that holds `point`, the first by id. Visits all triangles.
-pub fn find_in_space(mesh: &TriMesh, u: &[f64], point: Vec2) -> Option<Inside> {
+/// The live cell of the deformed body that holds `point`, the first by id. Visits all cells.
+pub fn find_in_space<const D: usize, const N: usize>(
+    mesh: &SimplexMesh<D, N>,
+    u: &[f64],
+    point: [f64; D],
+) -> Option<Inside<N>> {
     find(mesh.cells(), |cell| deformed_corners(mesh, u, cell), point)
 }
 
-fn find(cells: impl Iterator<Item = CellId>, corners: impl Fn(CellId) -> [Vec2; 3], point: Vec2) -> Option<Inside> {
-    let mut found: Option<Inside> = None;
+fn find<const D: usize, const N: usize>(
+    cells: impl Iterator<Item = CellId>,
+    corners: impl Fn(CellId) -> [[f64; D]; N],
+    point: [f64; D],
+) -> Option<Inside<N>> {
+    let mut found: Option<Inside<N>> = None;
     for cell in cells {
         let barycentric = barycentric(corners(cell), point);
         if contains(barycentric) && found.is_none_or(|f| cell < f.cell) {
@@ -113,9 +127,15 @@ fn find(cells: impl Iterator<Item = CellId>, corners: impl Fn(CellId) -> [Vec2; 
     found
 }
 
-/// Moves a tip to the point `to` of space in the deformed body, and appends the closest node of each edge that it crosses
+/// Moves a tip to the point `to` of space in the deformed body, and appends the closest node of each facet that it crosses
 /// to `crossed`, each once.
-pub fn follow(mesh: &TriMesh, u: &[f64], tip: Tip, to: Vec2, crossed: &mut Vec<VertexId>) -> Tip {
+pub fn follow<const D: usize, const N: usize>(
+    mesh: &SimplexMesh<D, N>,
+    u: &[f64],
+    tip: Tip<D, N>,
+    to: [f64; D],
+    crossed: &mut Vec<VertexId>,
+) -> Tip<D, N> {
     let start = match tip {
         Tip::Inside(inside) => inside,
         Tip::Outside(from) => match enter(mesh, u, from, to, crossed) {
@@ -126,36 +146,32 @@ pub fn follow(mesh: &TriMesh, u: &[f64], tip: Tip, to: Vec2, crossed: &mut Vec<V
     walk(mesh, u, start, to, crossed)
 }
 
-/// The first boundary edge that a tip crosses on its way in, as a point on that edge.
-fn enter(mesh: &TriMesh, u: &[f64], from: Vec2, to: Vec2, crossed: &mut Vec<VertexId>) -> Option<Inside> {
+/// The first boundary facet that a tip crosses on its way in, as a point on that facet.
+fn enter<const D: usize, const N: usize>(
+    mesh: &SimplexMesh<D, N>,
+    u: &[f64],
+    from: [f64; D],
+    to: [f64; D],
+    crossed: &mut Vec<VertexId>,
+) -> Option<Inside<N>> {
     let way = minus(to, from);
     let length = dot(way, way).sqrt();
     if length == 0.0 {
         return None;
     }
-    let mut first: Option<(f64, Inside, VertexId)> = None;
+    let mut first: Option<(f64, Inside<N>, VertexId)> = None;
     for (cell, facet) in mesh.boundary_facets() {
-        let vertices = mesh.cell(cell);
-        let (i, j) = ((facet + 1) % 3, (facet + 2) % 3);
-        let (a, b) = (deformed(mesh, u, vertices[i]), deformed(mesh, u, vertices[j]));
+        let corners = deformed_corners(mesh, u, cell);
+        let Some(crossing) = crossing_inwards(&corners, facet, from, way, SLACK) else { continue };
+        let [a, b] = [corners[(facet + 1) % N], corners[(facet + 2) % N]];
         let edge = minus(b, a);
-        let across = cross(way, edge);
-        // The way must lead to the side of the edge where the triangle is.
-        let inner = cross(edge, minus(deformed(mesh, u, vertices[facet]), a));
-        if across == 0.0 || (across < 0.0) == (inner < 0.0) {
-            continue;
-        }
-        let on_edge = cross(way, minus(from, a)) / across;
-        let on_way = cross(edge, minus(from, a)) / across;
         let slack = SLACK * dot(edge, edge).sqrt() / length;
-        if !(-SLACK..=1.0 + SLACK).contains(&on_edge) || on_way < -slack || on_way > 1.0 {
+        if crossing.on_way < -slack || crossing.on_way > 1.0 {
             continue;
         }
-        if first.is_none_or(|f| on_way < f.0 - slack) {
-            let mut weights = [0.0; 3];
-            (weights[i], weights[j]) = (1.0 - on_edge, on_edge);
-            let nearest = if on_edge <= 0.5 { vertices[i] } else { vertices[j] };
-            first = Some((on_way, Inside { cell, barycentric: weights }, nearest));
+        if first.is_none_or(|f| crossing.on_way < f.0 - slack) {
+            let inside = Inside { cell, barycentric: crossing.weights };
+            first = Some((crossing.on_way, inside, mesh.cell(cell)[crossing.nearest]));
         }
     }
     let (_, inside, nearest) = first?;
@@ -169,8 +185,14 @@ fn note(crossed: &mut Vec<VertexId>, vertex: VertexId) {
     }
 }
 
-/// Walks in short straight steps, so that a visibility walk from each to the next crosses the edges that the way crosses.
-fn walk(mesh: &TriMesh, u: &[f64], start: Inside, to: Vec2, crossed: &mut Vec<VertexId>) -> Tip {
+/// Walks in short straight steps, so that a visibility walk from each to the next crosses the facets that the way crosses.
+fn walk<const D: usize, const N: usize>(
+    mesh: &SimplexMesh<D, N>,
+    u: &[f64],
+    start: Inside<N>,
+    to: [f64; D],
+    crossed: &mut Vec<VertexId>,
+) -> Tip<D, N> {
     let mut at = start;
     let mut here = start.in_space(mesh, u);
     // A way of more than this many steps crosses a body inside out; then only its end counts.
@@ -192,15 +214,22 @@ fn walk(mesh: &TriMesh, u: &[f64], start: Inside, to: Vec2, crossed: &mut Vec<Ve
     find_in_space(mesh, u, to).map_or(Tip::Outside(to), Tip::Inside)
 }
 
-enum Hop {
-    Inside(Inside),
+enum Hop<const N: usize> {
+    Inside(Inside<N>),
     Left,
     Lost,
 }
 
 /// One short step from `from` in `cell` to `to`.
-fn hop(mesh: &TriMesh, u: &[f64], mut cell: CellId, from: Vec2, to: Vec2, crossed: &mut Vec<VertexId>) -> Hop {
-    // Inverted triangles (large linear deformations) can send a visibility walk round in circles.
+fn hop<const D: usize, const N: usize>(
+    mesh: &SimplexMesh<D, N>,
+    u: &[f64],
+    mut cell: CellId,
+    from: [f64; D],
+    to: [f64; D],
+    crossed: &mut Vec<VertexId>,
+) -> Hop<N> {
+    // Inverted cells (large linear deformations) can send a visibility walk round in circles.
     for _ in 0..64 {
         let corners = deformed_corners(mesh, u, cell);
         let barycentric = barycentric(corners, to);
@@ -210,27 +239,12 @@ fn hop(mesh: &TriMesh, u: &[f64], mut cell: CellId, from: Vec2, to: Vec2, crosse
         if contains(barycentric) {
             return Hop::Inside(Inside { cell, barycentric });
         }
-        let facet = (0..3).min_by(|&i, &j| barycentric[i].total_cmp(&barycentric[j])).unwrap_or(0);
-        let vertices = mesh.cell(cell);
-        let (i, j) = ((facet + 1) % 3, (facet + 2) % 3);
-        note(crossed, if nearer_first(corners[i], corners[j], from, to) { vertices[i] } else { vertices[j] });
+        let facet = (0..N).min_by(|&i, &j| barycentric[i].total_cmp(&barycentric[j])).unwrap_or(0);
+        note(crossed, mesh.cell(cell)[nearest_to_way(&corners, facet, from, to)]);
         match mesh.neighbor(cell, facet) {
             Some(next) => cell = next,
             None => return Hop::Left,
         }
     }
     Hop::Lost
-}
-
-/// Whether the way from `from` to `to` crosses the edge `a b` nearer to `a`.
-fn nearer_first(a: Vec2, b: Vec2, from: Vec2, to: Vec2) -> bool {
-    let (way, edge) = (minus(to, from), minus(b, a));
-    let across = cross(way, edge);
-    let size = dot(way, way).sqrt() * dot(edge, edge).sqrt();
-    let on_edge = if across.abs() > 1e-12 * size {
-        cross(way, minus(from, a)) / across
-    } else {
-        dot(minus(to, a), edge) / dot(edge, edge)
-    };
-    on_edge <= 0.5
 }

@@ -2,7 +2,7 @@
 
 use super::Insertion;
 use crate::error::NeedleError;
-use crate::needle::{Vec2, along, dot, minus};
+use crate::needle::{along, dot, minus};
 use crate::stages::{Stage, Stages};
 use crate::tip::deformed;
 use std::time::Instant;
@@ -19,10 +19,10 @@ const CLEARANCE: f64 = 2.0;
 /// The smallest part of a stride that the base is moved by when the whole would invert an element.
 const SMALLEST_STRIDE: f64 = 1.0 / 64.0;
 
-impl<M: Hyperelastic<2>> Insertion<M> {
-    /// Moves the base by one stride, or by as much of it as goes without turning a triangle of a nonlinear material inside
+impl<const D: usize, const N: usize, M: Hyperelastic<D>> Insertion<D, N, M> {
+    /// Moves the base by one stride, or by as much of it as goes without turning a cell of a nonlinear material inside
     /// out: friction states then change before it goes on. Returns by how much the needle has moved.
-    pub(super) fn advance(&mut self) -> Vec2 {
+    pub(super) fn advance(&mut self) -> [f64; D] {
         self.clock.settling = 0;
         let (before, start) = (self.needle.tip(), self.clock.travel);
         // A product, not a sum: thousands of strides end where the table ends, to the last bit.
@@ -48,12 +48,12 @@ impl<M: Hyperelastic<2>> Insertion<M> {
         minus(self.needle.tip(), before)
     }
 
-    /// Carries the sticking nodes along with the needle. Where that would still turn a triangle of a nonlinear material
+    /// Carries the sticking nodes along with the needle. Where that would still turn a cell of a nonlinear material
     /// inside out, it goes in parts. Returns the iterations that this took.
     pub(super) fn move_sticking(
         &mut self,
         advance: bool,
-        step: Vec2,
+        step: [f64; D],
         stages: &mut Stages,
         since: &mut Instant,
     ) -> Result<u64, NeedleError> {
@@ -68,9 +68,9 @@ impl<M: Hyperelastic<2>> Insertion<M> {
         }
         for &(vertex, target) in &self.scratch.targets {
             let rest = self.slab.mesh.point(vertex);
-            let at = 2 * vertex.index();
-            self.slab.u[at] = target[0] - rest[0];
-            self.slab.u[at + 1] = target[1] - rest[1];
+            for k in 0..D {
+                self.slab.u[D * vertex.index() + k] = target[k] - rest[k];
+            }
         }
         if advance {
             self.shaft.follow_slip(&self.needle, &self.slab.mesh, &self.slab.u);
@@ -86,7 +86,7 @@ impl<M: Hyperelastic<2>> Insertion<M> {
 
     /// Where the carried nodes go: sticking ones stay where they are on the needle, slipping ones keep their distance from
     /// the shaft. At rest only those that turned round are put back.
-    fn gather_targets(&mut self, advance: bool, step: Vec2) {
+    fn gather_targets(&mut self, advance: bool, step: [f64; D]) {
         let targets = &mut self.scratch.targets;
         targets.clear();
         let turned = &self.scratch.turned;
@@ -95,6 +95,7 @@ impl<M: Hyperelastic<2>> Insertion<M> {
                 targets.push((node.vertex, self.needle.point_at(node.place)));
             }
         }
+        // The sleeve moves the base to its left and right alone.
         let normal = self.needle.normal();
         let sideways = dot(step, normal);
         if advance && sideways != 0.0 {
@@ -105,7 +106,7 @@ impl<M: Hyperelastic<2>> Insertion<M> {
         }
     }
 
-    /// Nodes that turned round stick where they are, if going back would turn a triangle inside out.
+    /// Nodes that turned round stick where they are, if going back would turn a cell inside out.
     fn stay_where_turned(&mut self) {
         self.scratch.targets.clear();
         for node in self.shaft.nodes.iter_mut().filter(|node| self.scratch.turned.contains(&node.vertex)) {
@@ -120,15 +121,15 @@ impl<M: Hyperelastic<2>> Insertion<M> {
         way.resize(self.slab.u.len(), 0.0);
         for &(vertex, target) in &self.scratch.targets {
             let rest = self.slab.mesh.point(vertex);
-            for k in 0..2 {
-                let at = 2 * vertex.index() + k;
+            for k in 0..D {
+                let at = D * vertex.index() + k;
                 way[at] = target[k] - rest[k] - self.slab.u[at];
             }
         }
         self.slab.max_step(&self.scratch.way, CLEARANCE) >= CLEARANCE
     }
 
-    /// Goes towards the targets as long as they cannot be reached without turning a triangle inside out: the tissue around
+    /// Goes towards the targets as long as they cannot be reached without turning a cell inside out: the tissue around
     /// the sticking nodes is carried along elastically, and finds its equilibrium in between.
     fn move_in_parts(&mut self, stages: &mut Stages) -> Result<u64, NeedleError> {
         let mut iterations = 0;
@@ -160,8 +161,10 @@ impl<M: Hyperelastic<2>> Insertion<M> {
     fn let_targets_slide(&mut self) {
         for (vertex, target) in &mut self.scratch.targets {
             if let Constraint::Line(_) = self.slab.subspace.get(vertex.index()) {
-                let (here, normal) = (deformed(&self.slab.mesh, &self.slab.u, *vertex), self.needle.normal());
-                *target = along(here, dot(minus(*target, here), normal), normal);
+                let here = deformed(&self.slab.mesh, &self.slab.u, *vertex);
+                let way = minus(*target, here);
+                let beside = along(here, dot(way, self.needle.normal()), self.needle.normal());
+                *target = self.needle.upward().map_or(beside, |up| along(beside, dot(way, up), up));
             }
         }
     }

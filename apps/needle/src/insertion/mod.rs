@@ -11,14 +11,15 @@ mod tip_region;
 pub use state::InsertionState;
 
 use crate::error::NeedleError;
+use crate::history::CycleRow;
 use crate::motion::Motion;
-use crate::needle::{Needle, OnNeedle, Vec2};
+use crate::needle::{Needle, OnNeedle};
 use crate::relocate;
-use crate::scene::{FrictionStage, NeedleStage, Rearrange, Scene};
-use crate::shaft::{Shaft, ShaftFriction};
+use crate::scene::{Fineness, FrictionStage, NeedleStage, Rearrange, Scene};
+use crate::shaft::{Hold, Shaft, ShaftFriction};
 use crate::slab::{Slab, solve_error};
 use crate::stages::{Stage, Stages};
-use crate::summary::HistoryRow;
+use crate::surface::Surface;
 use crate::tip::{Tip, deformed, follow};
 use serde::{Deserialize, Serialize};
 use std::time::Instant;
@@ -40,31 +41,31 @@ const MOST_TRACTION_CYCLES: usize = 400;
 /// A node ahead of the tip by more legs than this is forgotten; the tip finds it again when it comes back.
 const FORGET_AHEAD: f64 = 2.0;
 
-/// A needle on its way through a slab.
+/// A needle on its way through a slab or a cube.
 #[derive(Clone)]
-pub struct Insertion<M: Hyperelastic<2>> {
+pub struct Insertion<const D: usize, const N: usize, M: Hyperelastic<D>> {
     /// The tissue.
-    pub slab: Slab<M>,
+    pub slab: Slab<D, N, M>,
     /// The needle.
-    pub needle: Needle,
+    pub needle: Needle<D>,
     /// The nodes on it.
-    pub shaft: Shaft,
+    pub shaft: Shaft<D>,
     motion: Motion,
     friction: ShaftFriction,
     rearrange: Rearrange,
     relocate: bool,
-    /// Leg of the triangles around the tip, and their longest edge, m.
+    /// Size of the cells around the tip, m, and when they are fine enough.
     h_ref: f64,
-    longest_edge: f64,
+    fineness: Fineness,
     /// Travel of the base per position, m.
     stride: f64,
     /// Relative change of friction that a settled state leaves.
     drift: f64,
-    tip: Tip,
+    tip: Tip<D, N>,
     clock: Clock,
     /// Force and moment at the base in the last equilibrium, with the friction states that it was found for.
-    held_by: (Vec2, f64),
-    scratch: Scratch,
+    held_by: Hold<D>,
+    scratch: Scratch<D>,
 }
 
 /// How far the loop has come.
@@ -86,17 +87,20 @@ struct Clock {
 }
 
 #[derive(Clone, Default)]
-struct Scratch {
+struct Scratch<const D: usize> {
     crossed: Vec<VertexId>,
     touching: Vec<CellId>,
+    /// Marks by cell, all unset between uses.
+    seen: Vec<bool>,
+    near: Vec<VertexId>,
     marked: Vec<CellId>,
     turned: Vec<VertexId>,
     /// Where carried nodes go, and the displacement that this takes.
-    targets: Vec<(VertexId, Vec2)>,
+    targets: Vec<(VertexId, [f64; D])>,
     way: Vec<f64>,
 }
 
-impl<M: Hyperelastic<2>> Insertion<M> {
+impl<const D: usize, const N: usize, M: Hyperelastic<D>> Insertion<D, N, M> {
     /// A needle about to enter a slab at rest.
     ///
     /// # Errors
@@ -105,17 +109,17 @@ impl<M: Hyperelastic<2>> Insertion<M> {
         scene: &Scene,
         stage: &NeedleStage,
         friction: &FrictionStage,
-        slab: Slab<M>,
+        slab: Slab<D, N, M>,
     ) -> Result<Self, NeedleError> {
         let density = stage.line_density().map_err(|e| solve_error(0, e.to_string()))?;
         let motion = Motion::of(stage);
-        let mut needle = Needle::new(stage.entry, stage.angle);
+        let mut needle = stage.needle();
         needle.set_pose(motion.at(0.0));
         Ok(Self {
             slab,
             tip: Tip::Outside(needle.tip()),
             clock: Clock { changed: true, ..Clock::default() },
-            held_by: ([0.0; 2], 0.0),
+            held_by: Hold::default(),
             needle,
             shaft: Shaft::default(),
             motion,
@@ -123,19 +127,20 @@ impl<M: Hyperelastic<2>> Insertion<M> {
                 density,
                 static_ratio: friction.static_ratio,
                 law: Law { restick: friction.restick, reversal: 0.0 },
+                surface: Surface { radius: stage.radius, reach: scene.mesh.longest_edge_around_needle() },
             },
             rearrange: stage.rearrange,
             relocate: stage.relocate,
             h_ref: scene.mesh.h_ref(),
-            longest_edge: scene.mesh.longest_edge(scene.mesh.h_ref),
+            fineness: scene.mesh.around_needle(),
             stride: stage.speed * scene.mesh.h_ref(),
             drift: scene.solver.tolerance.max(1e-4),
             scratch: Scratch::default(),
         })
     }
 
-    /// Force (N) and moment about the base (N m) that held the needle in the last equilibrium.
-    pub fn held_by(&self) -> (Vec2, f64) {
+    /// What held the needle in the last equilibrium.
+    pub fn held_by(&self) -> Hold<D> {
         self.held_by
     }
 
@@ -165,7 +170,7 @@ impl<M: Hyperelastic<2>> Insertion<M> {
     }
 
     /// The tip in the undeformed body, m; where it is outside, the tip itself.
-    pub fn tip_reference(&self) -> Vec2 {
+    pub fn tip_reference(&self) -> [f64; D] {
         let mut crossed = Vec::new();
         match follow(&self.slab.mesh, &self.slab.u, self.tip, self.needle.tip(), &mut crossed) {
             Tip::Inside(inside) => inside.in_reference(&self.slab.mesh),
@@ -177,13 +182,13 @@ impl<M: Hyperelastic<2>> Insertion<M> {
     ///
     /// # Errors
     /// [`NeedleError`] that names the cycle; the state is then the last one reached.
-    pub fn cycle(&mut self, stages: &mut Stages) -> Result<HistoryRow, NeedleError> {
+    pub fn cycle(&mut self, stages: &mut Stages) -> Result<CycleRow<D>, NeedleError> {
         self.clock.cycles += 1;
         let since = Instant::now();
         let settled = !self.clock.changed;
         let advance = self.clock.travel < self.motion.travel()
             && (self.rearrange == Rearrange::Once || settled || self.clock.cycles == 1);
-        let step = if advance { self.advance() } else { [0.0; 2] };
+        let step = if advance { self.advance() } else { [0.0; D] };
         let mut since = stages.lap(Stage::Move, since);
 
         let refined = if advance || self.clock.changed { self.locate_and_refine(stages, &mut since)? } else { false };
@@ -226,7 +231,7 @@ impl<M: Hyperelastic<2>> Insertion<M> {
                     self.take(vertex, place, stages)?;
                     captured += 1;
                 }
-            } else if place.behind > -FORGET_AHEAD * self.h_ref {
+            } else if place.behind > -self.forgotten_ahead() {
                 ahead[kept] = vertex;
                 kept += 1;
             }
@@ -237,6 +242,11 @@ impl<M: Hyperelastic<2>> Insertion<M> {
         Ok(captured)
     }
 
+    /// Nodes ahead of the tip by more than this are forgotten, m.
+    fn forgotten_ahead(&self) -> f64 {
+        FORGET_AHEAD * self.h_ref + self.friction.surface.radius
+    }
+
     /// A node is on the needle if it is further behind the tip than this, m: beyond rounding errors of positions.
     fn on_needle(&self) -> f64 {
         1e-9 * self.h_ref
@@ -245,7 +255,7 @@ impl<M: Hyperelastic<2>> Insertion<M> {
     fn take(&mut self, vertex: VertexId, mut place: OnNeedle, stages: &mut Stages) -> Result<(), NeedleError> {
         if self.relocate {
             let since = Instant::now();
-            let on_axis = OnNeedle { perpendicular: 0.0, ..place };
+            let on_axis = OnNeedle { perpendicular: 0.0, above: 0.0, ..place };
             if relocate::onto_needle(&mut self.slab, vertex, self.needle.point_at(on_axis))? {
                 place = on_axis;
             }
@@ -259,9 +269,9 @@ impl<M: Hyperelastic<2>> Insertion<M> {
     fn apply_tractions(&mut self) {
         let tangent = self.needle.tangent();
         for node in &self.shaft.nodes {
-            let at = 2 * node.vertex.index();
-            self.slab.load[at] = node.traction * tangent[0];
-            self.slab.load[at + 1] = node.traction * tangent[1];
+            for k in 0..D {
+                self.slab.load[D * node.vertex.index() + k] = node.traction * tangent[k];
+            }
         }
     }
 
@@ -302,8 +312,7 @@ impl<M: Hyperelastic<2>> Insertion<M> {
         for index in 0..released {
             let vertex = self.shaft.nodes[index].vertex;
             self.slab.constrain(vertex, Constraint::Free);
-            let at = 2 * vertex.index();
-            self.slab.load[at..at + 2].fill(0.0);
+            self.slab.load[D * vertex.index()..][..D].fill(0.0);
             self.shaft.ahead.push(vertex);
             self.shaft.let_go.push(vertex);
         }
@@ -326,21 +335,17 @@ impl<M: Hyperelastic<2>> Insertion<M> {
         Ok(())
     }
 
-    fn history_row(&self, iterations: u64) -> HistoryRow {
-        let (base_force, base_torque) = self.held_by;
-        HistoryRow {
+    fn history_row(&self, iterations: u64) -> CycleRow<D> {
+        CycleRow {
             step: self.clock.cycles,
-            time_s: 0.0,
             depth_m: self.needle.pose().insert,
             tip: self.needle.tip(),
-            base_force,
-            base_torque,
+            held_by: self.held_by,
             iterations,
             cycles: self.clock.settling as u64,
             needle_nodes: self.shaft.nodes.len(),
             nodes: self.slab.mesh.n_vertices(),
             elements: self.slab.mesh.n_cells(),
-            ..HistoryRow::default()
         }
     }
 }

@@ -1,9 +1,9 @@
 //! Saving an insertion and going on from what was saved, with the same bits.
 
 use super::{Clock, Insertion, Scratch};
-use crate::needle::{Needle, Vec2};
+use crate::needle::Needle;
 use crate::scene::{FrictionStage, NeedleStage, Scene};
-use crate::shaft::Shaft;
+use crate::shaft::{Hold, Shaft};
 use crate::slab::{Slab, SlabState};
 use crate::tip::Tip;
 use serde::{Deserialize, Serialize};
@@ -12,19 +12,20 @@ use stylet_physics::material::Hyperelastic;
 
 /// An insertion as a state file holds it: everything that the scene does not say.
 #[derive(Clone, Serialize, Deserialize)]
-pub struct InsertionState {
-    slab: SlabState,
-    needle: Needle,
-    shaft: Shaft,
-    tip: Tip,
+#[serde(bound = "")]
+pub struct InsertionState<const D: usize, const N: usize> {
+    slab: SlabState<D, N>,
+    needle: Needle<D>,
+    shaft: Shaft<D>,
+    tip: Tip<D, N>,
     clock: Clock,
-    held_by: (Vec2, f64),
+    held_by: Hold<D>,
     turned: Vec<VertexId>,
 }
 
-impl<M: Hyperelastic<2>> Insertion<M> {
+impl<const D: usize, const N: usize, M: Hyperelastic<D>> Insertion<D, N, M> {
     /// All that a later run needs to go on with the same bits.
-    pub fn save(&self) -> InsertionState {
+    pub fn save(&self) -> InsertionState<D, N> {
         InsertionState {
             slab: self.slab.save(),
             needle: self.needle,
@@ -46,7 +47,7 @@ impl<M: Hyperelastic<2>> Insertion<M> {
         friction: &FrictionStage,
         material: M,
         threads: usize,
-        state: InsertionState,
+        state: InsertionState<D, N>,
     ) -> Result<Self, String> {
         let slab = Slab::restore(scene, material, threads, state.slab)?;
         let n = slab.mesh.n_vertex_slots();
@@ -56,7 +57,7 @@ impl<M: Hyperelastic<2>> Insertion<M> {
             return Err(format!("found needle nodes beyond its {n} nodes"));
         }
         if matches!(state.tip, Tip::Inside(inside) if inside.cell.index() >= slab.mesh.n_slots()) {
-            return Err("found the tip in a triangle that does not exist".to_owned());
+            return Err("found the tip in a cell that does not exist".to_owned());
         }
         let fresh = Self::new(scene, stage, friction, slab).map_err(|e| e.to_string())?;
         let scratch = Scratch { turned: state.turned, ..Scratch::default() };

@@ -2,27 +2,26 @@
 //!
 //! ```text
 //! OUT/summary.json              the run in numbers
-//! OUT/history.csv               one row a cycle
-//! OUT/body.pvd, needle.pvd      collections of the frames, to be opened in ParaView
-//! OUT/frames/step_000123.vtu    the deformed mesh with displacement and stress
-//! OUT/frames/needle_000123.vtu  the needle
+//! OUT/history.csv               one row a step
+//! OUT/body.pvd, ...             collections of the frames, to be opened in ParaView
+//! OUT/frames/step_000123.vtu    the deformed mesh with displacement and stress; others by application
 //! OUT/state/step_000123.state   what `--resume` goes on from
-//! OUT/mesh.svg, force.svg, iterations.svg
+//! OUT/mesh.svg, ...             pictures, by application
 //! ```
 
 mod frames;
 mod history;
 
-use crate::error::NeedleError;
-use crate::picture;
-use crate::scene::Scene;
+use crate::error::RunError;
+use crate::history::{Columns, HistoryRow};
 use crate::simulation::Simulation;
 use crate::state::State;
-use crate::summary::{HistoryRow, Summary};
+use crate::summary::Summary;
 use frames::Frames;
 use history::History;
 use std::io;
 use std::path::{Path, PathBuf};
+use stylet_mesh::io::IoError;
 
 /// Writes the files of one run into one folder.
 #[derive(Debug)]
@@ -37,12 +36,18 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// Makes the folder of a new run. A state is saved every `save_every` cycles and at the end, or never.
+    /// Makes the folder of a new run, with a frame every `frames_every` steps (0: of the last state only). A state is
+    /// saved every `save_every` steps and at the end, or never.
     ///
     /// # Errors
-    /// [`NeedleError::Output`] names the file or folder that cannot be written.
-    pub fn create(folder: &Path, scene: &Scene, save_every: Option<usize>) -> Result<Self, NeedleError> {
-        Self::resume(folder, scene, save_every, Vec::new(), Vec::new())
+    /// [`RunError::Output`] names the file or folder that cannot be written.
+    pub fn create(
+        folder: &Path,
+        columns: &Columns,
+        frames_every: usize,
+        save_every: Option<usize>,
+    ) -> Result<Self, RunError> {
+        Self::resume(folder, columns, frames_every, save_every, Vec::new(), Vec::new())
     }
 
     /// Goes on with the rows and the frames of a saved state. Rows are written anew; frames that are not in this folder
@@ -52,14 +57,14 @@ impl Recorder {
     /// As [`create`](Self::create).
     pub fn resume(
         folder: &Path,
-        scene: &Scene,
+        columns: &Columns,
+        frames_every: usize,
         save_every: Option<usize>,
         rows: Vec<HistoryRow>,
-        frames: Vec<(usize, String)>,
-    ) -> Result<Self, NeedleError> {
+        frames: Vec<(usize, f64)>,
+    ) -> Result<Self, RunError> {
         std::fs::create_dir_all(folder).map_err(|e| cannot_make_folder(folder, &e))?;
-        let every = scene.output.as_ref().map_or(0, |output| output.frames);
-        let mut history = History::create(&folder.join("history.csv"), scene)?;
+        let mut history = History::create(&folder.join("history.csv"), columns)?;
         for row in &rows {
             history.write(row)?;
         }
@@ -67,7 +72,7 @@ impl Recorder {
         Ok(Self {
             history,
             rows,
-            frames: Frames::create(folder, usize::try_from(every).unwrap_or(0), frames)?,
+            frames: Frames::create(folder, frames_every, frames)?,
             keep_last: save_every.is_some(),
             save_every: save_every.filter(|&every| every > 0),
             saved: None,
@@ -80,7 +85,7 @@ impl Recorder {
         &self.folder
     }
 
-    /// The cycles so far, those before a resumption included.
+    /// The steps so far, those before a resumption included.
     pub fn rows(&self) -> &[HistoryRow] {
         &self.rows
     }
@@ -90,12 +95,12 @@ impl Recorder {
         self.keep_last = true;
     }
 
-    /// Takes note of a cycle, and writes the frame and the state that are due.
+    /// Takes note of a step, and writes the frame and the state that are due.
     ///
     /// # Errors
-    /// [`NeedleError::Output`].
-    pub fn record(&mut self, row: &HistoryRow, simulation: &dyn Simulation) -> Result<(), NeedleError> {
-        self.rows.push(*row);
+    /// [`RunError::Output`].
+    pub fn record(&mut self, row: &HistoryRow, simulation: &dyn Simulation) -> Result<(), RunError> {
+        self.rows.push(row.clone());
         self.history.write(row)?;
         if self.frames.is_due(row.step) {
             self.history.flush()?;
@@ -109,66 +114,50 @@ impl Recorder {
     }
 
     /// Writes what belongs to the end of a run, whatever ended it: the last frame, the last state (unless the run failed
-    /// amid a cycle, which no later run could go on from), summary and pictures.
+    /// amid a step, which no later run could go on from), summary and pictures.
     ///
     /// # Errors
-    /// The first [`NeedleError::Output`]; the other files are written all the same.
-    pub fn finish(&mut self, simulation: &dyn Simulation, summary: &Summary) -> Result<(), NeedleError> {
+    /// The first [`RunError::Output`]; the other files are written all the same.
+    pub fn finish(&mut self, simulation: &dyn Simulation, summary: &Summary) -> Result<(), RunError> {
         let wants_state = self.keep_last && summary.failure.is_none();
         let results = [
             self.history.flush(),
             self.frames.finish(simulation),
             if wants_state { self.save(simulation) } else { Ok(()) },
             self.write_summary(summary),
-            self.write_pictures(simulation),
+            simulation.draw(&self.folder, &self.rows),
         ];
         results.into_iter().collect()
     }
 
-    fn save(&mut self, simulation: &dyn Simulation) -> Result<(), NeedleError> {
+    fn save(&mut self, simulation: &dyn Simulation) -> Result<(), RunError> {
         let step = simulation.steps();
         if self.saved == Some(step) {
             return Ok(());
         }
         let folder = self.folder.join("state");
         std::fs::create_dir_all(&folder).map_err(|e| cannot_make_folder(&folder, &e))?;
-        let state = State { rows: self.rows.clone(), frames: self.frames.regular().to_vec(), ..simulation.save() };
-        state.write(&folder.join(format!("step_{step:06}.state")))?;
+        let path = folder.join(format!("step_{step:06}.state"));
+        let saved = simulation.save().map_err(|e| output_error(&path, e))?;
+        let state = State { saved, rows: self.rows.clone(), frames: self.frames.regular().to_vec() };
+        state.write(&path)?;
         self.saved = Some(step);
         Ok(())
     }
 
-    fn write_summary(&self, summary: &Summary) -> Result<(), NeedleError> {
+    fn write_summary(&self, summary: &Summary) -> Result<(), RunError> {
         let path = self.folder.join("summary.json");
         let mut text = serde_json::to_string_pretty(summary).map_err(|e| output_error(&path, e))?;
         text.push('\n');
         write_atomically(&path, text.as_bytes())
-    }
-
-    /// A picture of the mesh, and charts over the cycles where there are several.
-    fn write_pictures(&self, simulation: &dyn Simulation) -> Result<(), NeedleError> {
-        let path = self.folder.join("mesh.svg");
-        picture::mesh(simulation, &path).map_err(|e| plot_error(&path, e))?;
-        if self.rows.len() < 2 {
-            return Ok(());
-        }
-        let charts = [
-            ("force.svg", picture::force(simulation, &self.rows)),
-            ("iterations.svg", picture::iterations(simulation, &self.rows)),
-        ];
-        for (name, chart) in charts {
-            let path = self.folder.join(name);
-            chart.write(&path).map_err(|e| plot_error(&path, e))?;
-        }
-        Ok(())
     }
 }
 
 /// Writes a file by way of a temporary one beside it, so that a crash leaves the old file or the new one.
 ///
 /// # Errors
-/// [`NeedleError::Output`] names the file; no temporary file is left.
-pub(crate) fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), NeedleError> {
+/// [`RunError::Output`] names the file; no temporary file is left.
+pub(crate) fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), RunError> {
     let mut temporary = path.as_os_str().to_owned();
     temporary.push(format!(".{}.part", std::process::id()));
     let written = std::fs::write(&temporary, bytes).and_then(|()| std::fs::rename(&temporary, path));
@@ -179,11 +168,12 @@ pub(crate) fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), NeedleEr
     })
 }
 
-fn output_error(path: &Path, reason: impl std::fmt::Display) -> NeedleError {
-    NeedleError::Output { path: path.display().to_string(), reason: reason.to_string() }
+/// The error of a file that cannot be written.
+pub fn output_error(path: &Path, reason: impl std::fmt::Display) -> RunError {
+    RunError::Output { path: path.display().to_string(), reason: reason.to_string() }
 }
 
-fn cannot_make_folder(folder: &Path, error: &io::Error) -> NeedleError {
+fn cannot_make_folder(folder: &Path, error: &io::Error) -> RunError {
     // The system would say "File exists" of a file that stands where the folder should be.
     if folder.exists() {
         return output_error(folder, "found a file, expected a folder for the files of the run");
@@ -191,10 +181,23 @@ fn cannot_make_folder(folder: &Path, error: &io::Error) -> NeedleError {
     output_error(folder, format!("cannot make this folder: {error}"))
 }
 
-fn plot_error(path: &Path, error: stylet_plot::PlotError) -> NeedleError {
+/// The error of a picture that cannot be drawn or written.
+pub fn plot_error(path: &Path, error: stylet_plot::PlotError) -> RunError {
     match error {
         stylet_plot::PlotError::Write { path, error } => output_error(&path, error),
         other => output_error(path, other),
+    }
+}
+
+/// The error of a mesh file or a collection that cannot be written, its path named once.
+pub fn mesh_file_error(path: &Path, error: IoError) -> RunError {
+    match error {
+        IoError::System { path, source } => output_error(&path, source),
+        other => {
+            let text = other.to_string();
+            let named = format!("{}: ", path.display());
+            output_error(path, text.strip_prefix(&named).unwrap_or(&text))
+        }
     }
 }
 
@@ -226,9 +229,9 @@ mod tests {
         let file = std::env::temp_dir().join(format!("stylet-in-the-way-{}", std::process::id()));
         std::fs::write(&file, "x").unwrap();
         for folder in [file.clone(), file.join("below")] {
-            let error = Recorder::create(&folder, &Scene::default(), None).unwrap_err();
+            let error = Recorder::create(&folder, &Columns::default(), 0, None).unwrap_err();
             assert!(
-                matches!(&error, NeedleError::Output { path, .. } if *path == folder.display().to_string()),
+                matches!(&error, RunError::Output { path, .. } if *path == folder.display().to_string()),
                 "{error}"
             );
         }

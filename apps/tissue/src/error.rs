@@ -1,11 +1,11 @@
-//! What can go wrong with a needle scene.
+//! What can go wrong with a scene and its run.
 
 use stylet_mesh::CellId;
 
 /// Why a scene cannot be run or a run cannot go on.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
-pub enum NeedleError {
+pub enum RunError {
     /// The scene file, a key or a `--set`.
     #[error(transparent)]
     Scene(#[from] stylet_scene::SceneError),
@@ -18,14 +18,12 @@ pub enum NeedleError {
         reason: String,
     },
     /// A probe outside the body.
-    #[error("--probe: found ({x}, {y}), expected a point of the undeformed slab, 0 to {side} m each way")]
+    #[error("--probe: found {}, expected a point of the undeformed {body}", point(at))]
     Probe {
-        /// Coordinate, m.
-        x: f64,
-        /// Coordinate, m.
-        y: f64,
-        /// Side of the slab, m.
-        side: f64,
+        /// The point, m.
+        at: Vec<f64>,
+        /// The body and its extent.
+        body: String,
     },
     /// A state file that cannot be used.
     #[error("{path}: {reason}")]
@@ -51,29 +49,29 @@ pub enum NeedleError {
         /// What the mesh layer says.
         reason: String,
     },
-    /// An equilibrium that cannot be found because a triangle stands at the limit of inversion.
-    #[error("cycle {cycle}: element {} of reference centre ({:.4}, {:.4}) m is inverting (det F = {det_f:.3e}) and blocks the solve; {reason}", cell.0, centre[0], centre[1])]
+    /// An equilibrium that cannot be found because a cell stands at the limit of inversion.
+    #[error("cycle {cycle}: element {} of reference centre {} m is inverting (det F = {det_f:.3e}) and blocks the solve; {reason}", cell.0, rounded(centre))]
     Inverting {
         /// Cycle, from 1.
         cycle: usize,
-        /// The triangle with the smallest det F.
+        /// The cell with the smallest det F.
         cell: CellId,
         /// Its centre in the undeformed body, m.
-        centre: [f64; 2],
+        centre: Vec<f64>,
         /// Its det F.
         det_f: f64,
         /// What the method says.
         reason: String,
     },
-    /// An equilibrium that cannot be found because a triangle is deformed further than its material can be.
-    #[error("cycle {cycle}: element {} of reference centre ({:.4}, {:.4}) m has left the domain of its material; {reason}", cell.0, centre[0], centre[1])]
+    /// An equilibrium that cannot be found because a cell is deformed further than its material can be.
+    #[error("cycle {cycle}: element {} of reference centre {} m has left the domain of its material; {reason}", cell.0, rounded(centre))]
     OutsideDomain {
         /// Cycle, from 1.
         cycle: usize,
-        /// The triangle.
+        /// The cell.
         cell: CellId,
         /// Its centre in the undeformed body, m.
-        centre: [f64; 2],
+        centre: Vec<f64>,
         /// What the method says.
         reason: String,
     },
@@ -87,9 +85,23 @@ pub enum NeedleError {
     },
 }
 
-impl NeedleError {
+impl RunError {
     /// Whether the input is at fault (exit code 2), and not the computation (exit code 3).
     pub fn is_bad_input(&self) -> bool {
         !matches!(self, Self::Mesh { .. } | Self::Inverting { .. } | Self::OutsideDomain { .. } | Self::Solve { .. })
     }
+}
+
+/// `(0.1, 0.2)`
+fn point(at: &[f64]) -> String {
+    list(at.iter().map(f64::to_string))
+}
+
+/// `(0.1000, 0.2000)`
+fn rounded(at: &[f64]) -> String {
+    list(at.iter().map(|x| format!("{x:.4}")))
+}
+
+fn list(numbers: impl Iterator<Item = String>) -> String {
+    format!("({})", numbers.collect::<Vec<_>>().join(", "))
 }

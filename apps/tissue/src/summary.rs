@@ -1,7 +1,6 @@
 //! What a run says of itself at its end.
 
-use crate::needle::Vec2;
-use crate::stages::{N_STAGES, Stages};
+use crate::stages::Stages;
 use serde::Serialize;
 
 /// The run summary (`summary.json`, `stylet run --json`). SI units, angles in degrees where the name says so.
@@ -22,15 +21,15 @@ pub struct Summary {
     pub dofs: usize,
     /// Mesh vertices.
     pub nodes: usize,
-    /// Triangles.
+    /// Simplices.
     pub elements: usize,
-    /// Cycles of the loop; 1 for a static load.
+    /// Steps: cycles of an insertion, time steps, 1 for a static load.
     pub steps: usize,
     /// Threads that the run was allowed.
     pub threads: usize,
-    /// Seconds of wall time in the cycles, files excluded.
+    /// Seconds of wall time in the steps, files excluded.
     pub wall_s: f64,
-    /// Cycles per second of wall time.
+    /// Steps per second of wall time.
     pub update_hz: f64,
     /// Strain energy, J; null in JSON where a failed run has left the domain of its material.
     pub energy_j: f64,
@@ -41,7 +40,7 @@ pub struct Summary {
     pub needle: Option<NeedleSummary>,
     /// Displacements at the points asked for.
     pub probes: Vec<Probe>,
-    /// Quality of the triangles in the undeformed mesh.
+    /// Quality of the cells in the undeformed mesh.
     pub quality: QualitySummary,
     /// Seconds and calls of each stage that ran.
     pub stages: Stages,
@@ -60,21 +59,21 @@ pub struct SolverSummary {
     pub relative_residual: f64,
     /// Solves that ran out of iterations.
     pub unconverged_solves: u64,
-    /// Cycle of the first of them; 0 if there are none.
+    /// Step or cycle of the first of them; 0 if there are none.
     pub first_unconverged_cycle: usize,
 }
 
-/// The needle at the end of a run.
-#[derive(Clone, Copy, PartialEq, Debug, Default, Serialize)]
+/// The needle at the end of a run; places and forces have a number per dimension.
+#[derive(Clone, PartialEq, Debug, Default, Serialize)]
 pub struct NeedleSummary {
     /// The tip, m.
-    pub tip: Vec2,
+    pub tip: Vec<f64>,
     /// The material point at the tip in the undeformed body, m; where the tip is outside, the tip itself.
-    pub tip_reference: Vec2,
+    pub tip_reference: Vec<f64>,
     /// Force that holds the base, N: the sum of the forces that the needle exerts on the tissue.
-    pub base_force: Vec2,
-    /// Moment of that force about the base, N m.
-    pub base_torque: [f64; 1],
+    pub base_force: Vec<f64>,
+    /// Moment of that force about the base, N m: one number in 2D, three in 3D.
+    pub base_torque: Vec<f64>,
     /// Cycles of the loop, each of which is one rearrangement.
     pub rearrangements: usize,
     /// Positions of the base that were left although friction states still flipped within the solver's tolerance, or the
@@ -87,52 +86,23 @@ pub struct NeedleSummary {
 }
 
 /// A point of the undeformed body and its displacement, m.
-#[derive(Clone, Copy, PartialEq, Debug, Serialize)]
+#[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct Probe {
     /// The point.
-    pub at: Vec2,
+    pub at: Vec<f64>,
     /// Its displacement.
-    pub displacement: Vec2,
+    pub displacement: Vec<f64>,
 }
 
 /// Quality of a mesh.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Serialize)]
 pub struct QualitySummary {
-    /// The smallest vertex angle.
+    /// The smallest angle: at vertices in 2D, between faces in 3D.
     pub min_angle_deg: f64,
-    /// The largest vertex angle.
+    /// The largest angle.
     pub max_angle_deg: f64,
-    /// The smallest quality; 1 for an equilateral triangle.
+    /// The smallest quality; 1 for a regular simplex.
     pub min_quality: f64,
-    /// Triangles that the deformation has turned over (det F <= 0): a linear material does not resist that.
+    /// Cells that the deformation has turned over (det F <= 0): a linear material does not resist that.
     pub inverted_elements: usize,
-}
-
-/// One row of `history.csv`.
-#[derive(Clone, Copy, PartialEq, Debug, Default, serde::Deserialize, Serialize)]
-pub struct HistoryRow {
-    /// Cycle, from 1.
-    pub step: usize,
-    /// Seconds; 0 in quasi-static scenes.
-    pub time_s: f64,
-    /// Insertion of the tip along the axis, m.
-    pub depth_m: f64,
-    /// The tip, m.
-    pub tip: Vec2,
-    /// Force at the base, N.
-    pub base_force: Vec2,
-    /// Moment at the base, N m.
-    pub base_torque: f64,
-    /// Iterations of conjugate gradients in this cycle.
-    pub iterations: u64,
-    /// Cycles at this position of the base, this one included.
-    pub cycles: u64,
-    /// Needle nodes at the end of this cycle.
-    pub needle_nodes: usize,
-    /// Mesh vertices.
-    pub nodes: usize,
-    /// Triangles.
-    pub elements: usize,
-    /// Seconds of each stage in this step, in the order of [`Stages::names`].
-    pub stage_seconds: [f64; N_STAGES],
 }

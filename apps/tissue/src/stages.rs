@@ -3,11 +3,11 @@
 use serde::ser::{Serialize, SerializeMap, Serializer};
 use std::time::Instant;
 
-/// The stages of a needle scene.
+/// The stages of all scenes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[repr(usize)]
 pub enum Stage {
-    /// Making the starting mesh.
+    /// Making or reading the starting mesh.
     Mesh,
     /// Building and patching the body: element gradients and, for a linear material, its stiffness.
     Assemble,
