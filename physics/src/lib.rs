@@ -29,6 +29,8 @@
 
 pub mod body;
 pub mod friction;
+pub mod lanes;
 pub mod material;
+mod parallel;
 mod small;
 pub mod statics;

@@ -1,20 +1,15 @@
 //! The table of P1 elements: compact groups of [`LANES`] elements, filled and freed slot by slot.
 
 use super::BodyError;
+use crate::lanes::{LANES, Lane};
 use crate::small::{cofactor, determinant};
 use nalgebra::SMatrix;
 use stylet_mesh::{CellId, SimplexMesh};
 
-/// Elements that are computed side by side: the width of the vector units that the kernels are compiled for.
-pub(super) const LANES: usize = 4;
-
-/// One number per element of a group.
-pub(super) type Lane = [f64; LANES];
-
 /// No element.
 const NONE: u32 = u32::MAX;
 
-/// `LANES` elements, lane by lane. An unused lane has weight and gradients zero and refers to vertex 0: it computes
+/// `LANES` elements of one material, lane by lane. An unused lane has weight and gradients zero and refers to vertex 0: it computes
 /// `F = I` and contributes nothing.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Group<const D: usize, const N: usize> {
@@ -23,10 +18,58 @@ pub(super) struct Group<const D: usize, const N: usize> {
     pub gradients: [[Lane; D]; D],
     /// Volume times thickness.
     pub weight: Lane,
+    /// Index of the material.
+    pub material: u32,
 }
 
 impl<const D: usize, const N: usize> Group<D, N> {
-    const EMPTY: Self = Self { vertices: [[0; LANES]; N], gradients: [[[0.0; LANES]; D]; D], weight: [0.0; LANES] };
+    /// No elements, for those of a material.
+    pub fn empty(material: u32) -> Self {
+        let gradients = [[[0.0; LANES]; D]; D];
+        Self { vertices: [[0; LANES]; N], gradients, weight: [0.0; LANES], material }
+    }
+
+    /// Gradients of all barycentric coordinates in one lane.
+    #[inline(always)]
+    pub fn lane_gradients(&self, lane: usize) -> [[f64; D]; N] {
+        let mut gradients = [[0.0; D]; N];
+        for a in 0..D {
+            for k in 0..D {
+                gradients[a + 1][k] = self.gradients[a][k][lane];
+                gradients[0][k] -= gradients[a + 1][k];
+            }
+        }
+        gradients
+    }
+
+    /// Gradients of all barycentric coordinates, with the bits of [`lane_gradients`](Self::lane_gradients).
+    #[inline(always)]
+    pub fn all_gradients(&self) -> [[Lane; D]; N] {
+        let mut gradients = [[[0.0; LANES]; D]; N];
+        for a in 0..D {
+            for k in 0..D {
+                gradients[a + 1][k] = self.gradients[a][k];
+                for lane in 0..LANES {
+                    gradients[0][k][lane] -= self.gradients[a][k][lane];
+                }
+            }
+        }
+        gradients
+    }
+
+    /// Copies a lane of another group of the same material.
+    #[inline(always)]
+    pub fn copy_lane(&mut self, lane: usize, from: &Self, from_lane: usize) {
+        self.weight[lane] = from.weight[from_lane];
+        for a in 0..N {
+            self.vertices[a][lane] = from.vertices[a][from_lane];
+        }
+        for a in 0..D {
+            for k in 0..D {
+                self.gradients[a][k][lane] = from.gradients[a][k][from_lane];
+            }
+        }
+    }
 }
 
 /// What an element knows of its cell.
@@ -35,11 +78,13 @@ pub(super) struct Element<const D: usize, const N: usize> {
     pub vertices: [u32; N],
     pub gradients: [[f64; D]; N],
     pub weight: f64,
+    /// Index of the material.
+    pub material: u32,
 }
 
 impl<const D: usize, const N: usize> Element<D, N> {
-    /// The element of a cell.
-    pub fn of_cell(mesh: &SimplexMesh<D, N>, cell: CellId, thickness: f64) -> Result<Self, BodyError> {
+    /// The element of a cell, made of the material with this index.
+    pub fn of_cell(mesh: &SimplexMesh<D, N>, cell: CellId, thickness: f64, material: u32) -> Result<Self, BodyError> {
         let corners = mesh.corners(cell);
         // Rows are the edges from corner 0; the gradients are the dual basis, E^-T by rows.
         let edges = SMatrix::<f64, D, D>::from_fn(|i, k| corners[i + 1][k] - corners[0][k]);
@@ -57,7 +102,7 @@ impl<const D: usize, const N: usize> Element<D, N> {
         if !(weight > 0.0 && weight.is_finite() && finite) {
             return Err(BodyError::DegenerateCell { cell, volume: det / factorial });
         }
-        Ok(Self { vertices: mesh.cell(cell).map(|v| v.0), gradients, weight })
+        Ok(Self { vertices: mesh.cell(cell).map(|v| v.0), gradients, weight, material })
     }
 
     /// `F = I + sum_a (u_a - u_0) g_a^T`, summed in the order of the group kernel.
@@ -83,7 +128,8 @@ pub(super) struct ElementTable<const D: usize, const N: usize> {
     slot_of: Vec<u32>,
     /// The cell of each slot.
     cell_of: Vec<u32>,
-    free: Vec<u32>,
+    /// Slots without an element, by material.
+    free: Vec<Vec<u32>>,
     n_live: usize,
 }
 
@@ -113,11 +159,7 @@ impl<const D: usize, const N: usize> ElementTable<D, N> {
     }
 
     pub fn insert(&mut self, cell: CellId, element: &Element<D, N>) -> usize {
-        let slot = self.free.pop().map_or(self.cell_of.len(), |slot| slot as usize);
-        if slot == self.cell_of.len() {
-            self.cell_of.push(NONE);
-            self.groups.resize(self.cell_of.len().div_ceil(LANES), Group::EMPTY);
-        }
+        let slot = self.take_slot(element.material);
         if self.slot_of.len() <= cell.index() {
             self.slot_of.resize(cell.index() + 1, NONE);
         }
@@ -137,6 +179,22 @@ impl<const D: usize, const N: usize> ElementTable<D, N> {
         slot
     }
 
+    /// A slot without an element in a group of the material; makes a group where there is none.
+    fn take_slot(&mut self, material: u32) -> usize {
+        if self.free.len() <= material as usize {
+            self.free.resize(material as usize + 1, Vec::new());
+        }
+        let free = &mut self.free[material as usize];
+        if let Some(slot) = free.pop() {
+            return slot as usize;
+        }
+        let first = self.cell_of.len();
+        self.cell_of.resize(first + LANES, NONE);
+        self.groups.push(Group::empty(material));
+        free.extend((first + 1..first + LANES).rev().map(|slot| slot as u32));
+        first
+    }
+
     /// Frees the slot of a cell that has one.
     pub fn remove(&mut self, cell: CellId) {
         let slot = std::mem::replace(&mut self.slot_of[cell.index()], NONE) as usize;
@@ -151,22 +209,28 @@ impl<const D: usize, const N: usize> ElementTable<D, N> {
             }
         }
         self.cell_of[slot] = NONE;
-        self.free.push(slot as u32);
+        self.free[self.groups[slot / LANES].material as usize].push(slot as u32);
         self.n_live -= 1;
+    }
+
+    /// The vertices of the element in a slot.
+    #[inline]
+    pub fn vertices(&self, slot: usize) -> [u32; N] {
+        std::array::from_fn(|a| self.groups[slot / LANES].vertices[a][slot % LANES])
     }
 
     /// The element in a slot.
     #[inline]
     pub fn element(&self, slot: usize) -> Element<D, N> {
         let (group, lane) = (&self.groups[slot / LANES], slot % LANES);
-        let mut gradients = [[0.0; D]; N];
-        for a in 0..D {
-            for k in 0..D {
-                gradients[a + 1][k] = group.gradients[a][k][lane];
-                gradients[0][k] -= gradients[a + 1][k];
-            }
-        }
-        let vertices = std::array::from_fn(|a| group.vertices[a][lane]);
-        Element { vertices, gradients, weight: group.weight[lane] }
+        let (vertices, gradients) = (self.vertices(slot), group.lane_gradients(lane));
+        Element { vertices, gradients, weight: group.weight[lane], material: group.material }
+    }
+
+    /// Bytes that the table takes.
+    pub fn memory_bytes(&self) -> usize {
+        let indices = self.slot_of.capacity() + self.cell_of.capacity();
+        let free: usize = self.free.iter().map(Vec::capacity).sum();
+        self.groups.capacity() * size_of::<Group<D, N>>() + (indices + free) * size_of::<u32>()
     }
 }

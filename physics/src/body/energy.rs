@@ -1,9 +1,10 @@
 //! A body as an energy to be minimised.
 
-use super::element::{Group, LANES, Lane};
-use super::kernel::element_forces;
+use super::Body;
+use super::element::Group;
+use super::kernel::{deformation_gradients, element_forces};
 use super::star::Stars;
-use super::{Body, CROSSOVER_ELEMENTS};
+use crate::lanes::{LANES, Lane};
 use crate::material::Hyperelastic;
 use pulp::Arch;
 use stylet_solver::LinearOperator;
@@ -22,18 +23,47 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
     /// If `u` does not have `D` entries per vertex.
     pub fn strain_energy(&self, u: &[f64]) -> f64 {
         self.check_len(u);
-        let mut total = 0.0;
-        let mut partial = 0.0;
-        let mut count = 0;
-        for (_, slot) in self.elements.live() {
-            let element = self.elements.element(slot);
-            partial += element.weight * self.material.energy_density(&element.deformation_gradient(u));
-            count += 1;
-            if count % CHUNK == 0 {
-                total += std::mem::take(&mut partial);
+        let (mut total, mut partial) = (0.0, 0.0);
+        let (mut group, mut filled, mut count) = (Group::empty(0), 0, 0);
+        Arch::new().dispatch(
+            #[inline(always)]
+            || {
+                // Cells in ascending order, as many at a time as there are lanes and one material.
+                for (_, slot) in self.elements.live() {
+                    let from = &self.elements.groups[slot / LANES];
+                    if filled == LANES || (filled > 0 && group.material != from.material) {
+                        self.add_energies(&group, filled, u, (&mut total, &mut partial), &mut count);
+                        filled = 0;
+                    }
+                    group.material = from.material;
+                    group.copy_lane(filled, from, slot % LANES);
+                    filled += 1;
+                }
+                self.add_energies(&group, filled, u, (&mut total, &mut partial), &mut count);
+            },
+        );
+        total + partial
+    }
+
+    /// Adds the energies of the first lanes of a group to a sum of chunks.
+    #[inline(always)]
+    fn add_energies(
+        &self,
+        group: &Group<D, N>,
+        filled: usize,
+        u: &[f64],
+        (total, partial): (&mut f64, &mut f64),
+        count: &mut usize,
+    ) {
+        let material = &self.materials[group.material as usize];
+        let density = material.energy_lanes(&deformation_gradients(group, u));
+        for lane in 0..filled {
+            *partial += group.weight[lane] * density[lane];
+            *count += 1;
+            if *count % CHUNK == 0 {
+                *total += std::mem::take(partial);
             }
         }
-        total + partial
     }
 
     /// Overwrites `force` with the elastic force `dW/du` at the displacement `u` (m), N: what external loads balance.
@@ -46,8 +76,8 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
         if M::IS_LINEAR {
             return self.stiffness.apply(u, force);
         }
-        let threads = if self.elements.n_slots() < CROSSOVER_ELEMENTS { 1 } else { self.threads };
-        forces_of_groups(&self.material, &self.elements.groups, u, &mut self.forces, threads);
+        let threads = self.threads_worth();
+        forces_of_groups(&self.materials, &self.elements.groups, u, &mut self.forces, threads);
         let buffer = self.forces.as_flattened().as_flattened().as_flattened();
         gather(&self.stars, 0, buffer, force.as_chunks_mut::<D>().0, threads);
     }
@@ -60,7 +90,7 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
 
 /// Element forces, spread over threads: groups share nothing.
 fn forces_of_groups<const D: usize, const N: usize, M: Hyperelastic<D>>(
-    material: &M,
+    materials: &[M],
     groups: &[Group<D, N>],
     u: &[f64],
     out: &mut [[[Lane; D]; N]],
@@ -71,26 +101,20 @@ fn forces_of_groups<const D: usize, const N: usize, M: Hyperelastic<D>>(
         let cut = groups.len() * (threads / 2) / threads;
         let ((left, right), (left_out, right_out)) = (groups.split_at(cut), out.split_at_mut(cut));
         rayon::join(
-            || forces_of_groups(material, left, u, left_out, threads / 2),
-            || forces_of_groups(material, right, u, right_out, threads - threads / 2),
+            || forces_of_groups(materials, left, u, left_out, threads / 2),
+            || forces_of_groups(materials, right, u, right_out, threads - threads / 2),
         );
         return;
     }
     let _ = threads;
     Arch::new().dispatch(
         #[inline(always)]
-        || element_forces(material, groups, u, out),
+        || element_forces(materials, groups, u, out),
     );
 }
 
 /// Sums the forces of each star, vertices from `first` on, spread over threads.
-fn gather<const D: usize, const N: usize>(
-    stars: &Stars<N>,
-    first: usize,
-    forces: &[f64],
-    out: &mut [[f64; D]],
-    threads: usize,
-) {
+fn gather<const D: usize>(stars: &Stars, first: usize, forces: &[f64], out: &mut [[f64; D]], threads: usize) {
     #[cfg(feature = "rayon")]
     if threads > 1 && out.len() > 1 {
         let cut = out.len() * (threads / 2) / threads;
@@ -152,7 +176,7 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Energy for Body<D, N, M
 
     /// Where the first element would lose its volume, at most `limit`; that for laws that are defined for every `F`.
     fn max_step(&mut self, x: &[f64], p: &[f64], limit: f64) -> f64 {
-        if M::REQUIRES_POSITIVE_J { self.step_to_inversion(x, p, limit) } else { limit }
+        if self.requires_positive_j() { self.step_to_inversion(x, p, limit) } else { limit }
     }
 }
 

@@ -1,8 +1,8 @@
 //! How far a step may go before an element loses its volume.
 
 use super::Body;
-use super::element::{LANES, Lane};
-use super::kernel::{deformation_gradients, gradient_differentials, lane_matrix};
+use super::kernel::{deformation_gradients, gradient_differentials};
+use crate::lanes::{LANES, Lane, lane_matrix};
 use crate::material::Hyperelastic;
 use crate::small::{cofactor, contract, determinant};
 use nalgebra::SMatrix;
@@ -10,7 +10,8 @@ use pulp::Arch;
 
 impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
     /// The largest `t` up to `limit` such that `det(F + s dF) > 0` in every element for `0 <= s < t`, where `dF` is the
-    /// gradient of `p`; zero if an element is inverted at `u` or a number is not finite.
+    /// gradient of `p`; zero if an element is inverted at `u` or a number is not finite. Elements of laws that are defined for
+    /// every `F` do not count.
     pub(super) fn step_to_inversion(&self, u: &[f64], p: &[f64], limit: f64) -> f64 {
         self.check_len(u);
         self.check_len(p);
@@ -19,6 +20,9 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
             || {
                 let mut step = limit;
                 for group in &self.elements.groups {
+                    if !self.materials[group.material as usize].requires_positive_j() {
+                        continue;
+                    }
                     let (f, df) = (deformation_gradients(group, u), gradient_differentials(group, p));
                     if all_clear(&f, &df, step) {
                         continue;

@@ -2,9 +2,9 @@
 //!
 //! Lanes never mix, and no product is fused with a sum, so that every vector width gives the bits of the scalar formula.
 
-use super::element::{Group, LANES, Lane};
+use super::element::Group;
+use crate::lanes::{LANES, Lane};
 use crate::material::Hyperelastic;
-use nalgebra::SMatrix;
 
 /// `F` of each lane at the nodal displacement `u` (m).
 #[inline(always)]
@@ -56,37 +56,18 @@ fn accumulate_gradient<const D: usize, const N: usize>(group: &Group<D, N>, u: &
     }
 }
 
-/// One lane of a matrix of lanes.
-#[inline(always)]
-pub(super) fn lane_matrix<const D: usize>(f: &[[Lane; D]; D], lane: usize) -> SMatrix<f64, D, D> {
-    let mut m = SMatrix::zeros();
-    for i in 0..D {
-        for k in 0..D {
-            m[(i, k)] = f[i][k][lane];
-        }
-    }
-    m
-}
-
 /// Elastic forces `dW/du_a = weight P grad_a` on the corners of each group, N: `N D` lanes per group.
 #[inline(always)]
 pub(super) fn element_forces<const D: usize, const N: usize, M: Hyperelastic<D>>(
-    material: &M,
+    materials: &[M],
     groups: &[Group<D, N>],
     u: &[f64],
     forces: &mut [[[Lane; D]; N]],
 ) {
     for (group, out) in groups.iter().zip(forces) {
+        let material = &materials[group.material as usize];
         let f = deformation_gradients(group, u);
-        let mut stress = [[[0.0; LANES]; D]; D];
-        for lane in 0..LANES {
-            let p = material.first_piola_kirchhoff(&lane_matrix(&f, lane));
-            for i in 0..D {
-                for k in 0..D {
-                    stress[i][k][lane] = p[(i, k)];
-                }
-            }
-        }
+        let stress = material.stress_lanes(&f);
         let mut corners = [[[0.0; LANES]; D]; N];
         for i in 0..D {
             for a in 0..D {

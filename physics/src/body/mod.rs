@@ -14,21 +14,34 @@ mod element;
 mod energy;
 mod injectivity;
 mod kernel;
+mod lazy;
 mod load;
 mod loaded;
+mod mass;
+mod momentum;
+mod partition;
+mod regions;
 mod star;
+mod stored;
 
+pub use lazy::LazyRule;
 pub use load::{LoadError, boundary_traction, segment_load};
 pub use loaded::Loaded;
+pub use mass::{Density, MassKind};
 
+use crate::lanes::{LANES, Lane};
 use crate::material::Hyperelastic;
 use crate::small::determinant;
-use element::{Element, ElementTable, LANES, Lane};
+use element::{Element, ElementTable};
+use lazy::Moduli;
+use mass::Mass;
 use nalgebra::SMatrix;
+use partition::Parts;
+use regions::Regions;
 use serde::{Deserialize, Serialize};
 use star::{Corner, Stars};
+use stored::Stored;
 use stylet_mesh::{CellId, MeshChange, SimplexMesh};
-use stylet_solver::Block;
 use stylet_solver::sparse::{BlockCsr, SparseError};
 
 /// Elements below which waking a second thread costs more than it saves.
@@ -76,6 +89,49 @@ pub enum BodyError {
         /// Numbers found.
         found: usize,
     },
+    /// A cell lies in a region without a material.
+    #[error("cell {} lies in region {region}, which has no material; regions with one: {known}", cell.0)]
+    RegionWithoutMaterial {
+        /// The cell.
+        cell: CellId,
+        /// Its region.
+        region: u32,
+        /// The regions that have one.
+        known: String,
+    },
+    /// Two materials, or densities, are given for one region, or none at all.
+    #[error("region {region} is listed {times} times among the {what}, it must be listed once")]
+    RegionListed {
+        /// The region.
+        region: u32,
+        /// How often it is listed.
+        times: usize,
+        /// What is listed by region.
+        what: &'static str,
+    },
+    /// No material is given.
+    #[error("a body needs a material for at least one region")]
+    NoMaterial,
+    /// A density must be positive and finite.
+    #[error("density{} is {density} kg/m^3, it must be positive and finite", region.map_or(String::new(), |r| format!(" of region {r}")))]
+    Density {
+        /// The region, where densities are given by region.
+        region: Option<u32>,
+        /// The value found, kg/m^3.
+        density: f64,
+    },
+    /// Parts for the assembly do not fit the body.
+    #[error(
+        "a partition of {expected} vertices into at most 65,536 parts is needed, found {found} vertices, largest part {largest}"
+    )]
+    Partition {
+        /// Vertices of the body.
+        expected: usize,
+        /// Entries found.
+        found: usize,
+        /// The largest part named.
+        largest: u32,
+    },
     /// A number of elements or blocks beyond 32-bit indices, or a stiffness that is not finite.
     #[error("stiffness matrix: {0}")]
     Matrix(#[from] SparseError),
@@ -97,19 +153,30 @@ pub struct Linearization {
 /// forces are those of a slab of the given thickness (plane strain: of that length of a prism).
 #[derive(Clone, Debug)]
 pub struct Body<const D: usize, const N: usize, M> {
-    material: M,
+    regions: Regions,
+    materials: Vec<M>,
+    moduli: Vec<Moduli>,
     thickness: f64,
     elements: ElementTable<D, N>,
-    stars: Stars<N>,
+    stars: Stars,
     stiffness: BlockCsr<D>,
-    /// Element stiffnesses by slot, upper triangles, and where they were evaluated; nonlinear bodies once linearised.
-    blocks: Vec<Block<D>>,
-    references: Vec<SMatrix<f64, D, D>>,
+    /// By row, the number of its last write.
+    row_revisions: Vec<u64>,
+    revision: u64,
+    /// By slot, where in the row of vertex `a` the column of vertex `b` is; once there is a matrix.
+    places: Vec<[[u16; N]; N]>,
+    /// Where the element stiffnesses were evaluated; nonlinear bodies once linearised.
+    references: Vec<[[Lane; D]; D]>,
+    /// Element stiffnesses by slot; lazy bodies once linearised.
+    stored: Vec<Stored<D>>,
+    parts: Parts<D>,
+    mass: Option<Mass>,
     assembled: bool,
-    lazy_threshold: f64,
+    lazy: LazyRule,
     project: bool,
     threads: usize,
     elements_linearized: u64,
+    elements_updated: usize,
     /// Element forces on their way to the vertices.
     forces: Vec<[[Lane; D]; N]>,
     scratch: assembly::RowScratch<D>,
@@ -118,28 +185,50 @@ pub struct Body<const D: usize, const N: usize, M> {
 impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
     const VALID: () = assert!(1 <= D && D <= 3 && N == D + 1, "a body fills space: N = D + 1, in 1 to 3 dimensions");
 
-    /// The body of the live cells of `mesh`. `thickness` (m) multiplies every volume; it is 1 in 3D.
+    /// The body of the live cells of `mesh`, all of one material. `thickness` (m) multiplies every volume; it is 1 in 3D.
     ///
     /// # Errors
-    /// [`BodyError::Thickness`], [`BodyError::DegenerateCell`], [`BodyError::Matrix`].
+    /// [`BodyError::Thickness`], [`BodyError::DegenerateCell`], [`BodyError::StiffnessOverflow`], [`BodyError::Matrix`].
     pub fn new(mesh: &SimplexMesh<D, N>, material: M, thickness: f64) -> Result<Self, BodyError> {
+        Self::build(mesh, Regions::all(), vec![material], thickness)
+    }
+
+    /// The body of the live cells of `mesh`, whose [regions](SimplexMesh::region) name their materials.
+    ///
+    /// # Errors
+    /// [`BodyError::RegionWithoutMaterial`], [`BodyError::RegionListed`], [`BodyError::NoMaterial`], and as
+    /// [`new`](Self::new).
+    pub fn with_materials(mesh: &SimplexMesh<D, N>, materials: &[(u32, M)], thickness: f64) -> Result<Self, BodyError> {
+        let (regions, materials) = Regions::sorted(materials)?;
+        Self::build(mesh, regions, materials, thickness)
+    }
+
+    fn build(mesh: &SimplexMesh<D, N>, regions: Regions, materials: Vec<M>, thickness: f64) -> Result<Self, BodyError> {
         let () = Self::VALID;
         if !(thickness > 0.0 && thickness.is_finite()) {
             return Err(BodyError::Thickness { thickness });
         }
         let mut body = Self {
-            material,
+            moduli: materials.iter().map(Moduli::at_rest).collect(),
+            regions,
+            materials,
             thickness,
             elements: ElementTable::default(),
             stars: Stars::default(),
             stiffness: BlockCsr::new(0),
-            blocks: Vec::new(),
+            row_revisions: Vec::new(),
+            revision: 0,
+            places: Vec::new(),
             references: Vec::new(),
+            stored: Vec::new(),
+            parts: Parts::default(),
+            mass: None,
             assembled: false,
-            lazy_threshold: 0.0,
+            lazy: LazyRule::Always,
             project: false,
             threads: 1,
             elements_linearized: 0,
+            elements_updated: 0,
             forces: Vec::new(),
             scratch: assembly::RowScratch::default(),
         };
@@ -157,6 +246,7 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
             body.stars.set(vertex, corners);
         }
         body.stiffness.resize(mesh.n_vertex_slots())?;
+        body.row_revisions.resize(mesh.n_vertex_slots(), 0);
         body.forces.resize(body.elements.groups.len(), [[[0.0; LANES]; D]; N]);
         if M::IS_LINEAR {
             body.assemble_all()?;
@@ -172,7 +262,8 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
     /// [`linearize`](stylet_solver::energy::Energy::linearize).
     ///
     /// # Errors
-    /// [`BodyError::ChangeMismatch`] or [`BodyError::DegenerateCell`], the body being unchanged; [`BodyError::Matrix`].
+    /// [`BodyError::ChangeMismatch`], [`BodyError::RegionWithoutMaterial`], [`BodyError::DegenerateCell`] or
+    /// [`BodyError::StiffnessOverflow`], the body being unchanged; [`BodyError::Matrix`].
     pub fn apply_change(&mut self, mesh: &SimplexMesh<D, N>, change: &MeshChange) -> Result<(), BodyError> {
         let born = self.check_change(mesh, change)?;
         let mut touched: Vec<u32> = born.iter().flat_map(|element| element.vertices).collect();
@@ -218,11 +309,12 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
             self.stars.set(vertex as usize, &star);
         }
         self.stiffness.resize(self.stars.n_vertices())?;
+        self.row_revisions.resize(self.stars.n_vertices(), 0);
         self.forces.resize(self.elements.groups.len(), [[[0.0; LANES]; D]; N]);
         if self.assembled {
             self.patch_rows(&touched, &slots)?;
         }
-        Ok(())
+        self.patch_mass(&touched)
     }
 
     fn check_change(&self, mesh: &SimplexMesh<D, N>, change: &MeshChange) -> Result<Vec<Element<D, N>>, BodyError> {
@@ -245,7 +337,10 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
 
     /// The element of a cell, whose stiffness at rest is finite.
     fn element_of(&self, mesh: &SimplexMesh<D, N>, cell: CellId) -> Result<Element<D, N>, BodyError> {
-        let element = Element::of_cell(mesh, cell, self.thickness)?;
+        let region = mesh.region(cell);
+        let known = || BodyError::RegionWithoutMaterial { cell, region, known: self.regions.names() };
+        let material = self.regions.index(region).ok_or_else(known)?;
+        let element = Element::of_cell(mesh, cell, self.thickness, material)?;
         let stiffness = self.rest_stiffness(&element);
         if stiffness.iter().flatten().flatten().all(|k| k.is_finite()) {
             Ok(element)
@@ -260,9 +355,24 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
         if u32::try_from(places).is_err() { Err(SparseError::TooLarge(places).into()) } else { Ok(()) }
     }
 
-    /// The material.
+    /// The material; of a body with several, that of the region with the lowest number.
     pub fn material(&self) -> &M {
-        &self.material
+        &self.materials[0]
+    }
+
+    /// The material of a cell; `None` if it has no element.
+    pub fn material_of(&self, cell: CellId) -> Option<&M> {
+        self.elements.slot(cell).map(|slot| &self.materials[self.elements.groups[slot / LANES].material as usize])
+    }
+
+    /// The materials, by region ascending; the one of a body made by [`new`](Self::new) has no region.
+    pub fn materials(&self) -> impl Iterator<Item = (Option<u32>, &M)> {
+        self.materials.iter().enumerate().map(|(index, material)| (self.regions.id(index), material))
+    }
+
+    /// Whether a material of this body refuses `J <= 0`.
+    pub fn requires_positive_j(&self) -> bool {
+        self.materials.iter().any(M::requires_positive_j)
     }
 
     /// The thickness, m.
@@ -295,17 +405,63 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
         self.threads = threads.max(1);
     }
 
-    /// From now on a linearisation re-evaluates only the elements with `|F - F0| > threshold |F0|` (Frobenius norms),
-    /// where `F0` is the deformation gradient at which the element was last evaluated. Zero re-evaluates all.
-    ///
-    /// Energy and gradient stay exact, so an equilibrium is the same: only the search directions change. The relative
-    /// error of an element's stiffness is about `threshold` times `|d2P/dF2| |F| / |dP/dF|`, of order one for moderate
-    /// strains and growing as `1/J` where an element is crushed. The outcome depends on the sequence of linearisations;
-    /// [`linearization`](Self::linearization) is the state to keep for a resumed run.
-    ///
-    /// A threshold that is negative or NaN counts as zero.
+    /// How many element stiffnesses the last linearisation evaluated.
+    pub fn elements_updated(&self) -> usize {
+        self.elements_updated
+    }
+
+    /// The number of the last write to each row of the stiffness: rows whose number a follower knows have not changed.
+    pub fn row_revisions(&self) -> &[u64] {
+        &self.row_revisions
+    }
+
+    /// [`set_lazy_rule`](Self::set_lazy_rule) with [`LazyRule::Strain`]; a threshold that is negative or NaN counts as
+    /// zero, and zero re-evaluates all.
     pub fn set_lazy(&mut self, threshold: f64) {
-        self.lazy_threshold = if threshold > 0.0 { threshold } else { 0.0 };
+        self.set_lazy_rule(if threshold > 0.0 { LazyRule::Strain(threshold) } else { LazyRule::Always });
+    }
+
+    /// Which part sums the rows of each vertex, as METIS or another partitioner has it; without one, vertices are cut by
+    /// their numbers into as many parts as there are threads. The bits do not depend on it. Vertices that are born later
+    /// belong to part 0.
+    ///
+    /// # Errors
+    /// [`BodyError::Partition`].
+    pub fn set_partition(&mut self, parts: &[u32]) -> Result<(), BodyError> {
+        let largest = parts.iter().copied().max().unwrap_or(0);
+        let (expected, found) = (self.n_vertices(), parts.len());
+        if found != expected || largest > u16::MAX.into() {
+            return Err(BodyError::Partition { expected, found, largest });
+        }
+        self.parts.give(Some(parts.iter().map(|&part| part as u16).collect()));
+        Ok(())
+    }
+
+    /// Forgets the parts of [`set_partition`](Self::set_partition).
+    pub fn clear_partition(&mut self) {
+        self.parts.give(None);
+    }
+
+    /// The threads that are worth waking for a pass over all elements.
+    fn threads_worth(&self) -> usize {
+        if self.elements.n_slots() < CROSSOVER_ELEMENTS { 1 } else { self.threads }
+    }
+
+    /// Bytes that elements, matrix and mass take, spare room included.
+    pub fn memory_bytes(&self) -> usize {
+        let matrix = self.stiffness.capacity() * (size_of::<[[f64; D]; D]>() + size_of::<u32>());
+        let rows = self.n_vertices() * (3 * size_of::<u32>() + size_of::<u64>());
+        matrix
+            + rows
+            + self.elements.memory_bytes()
+            + self.stars.memory_bytes()
+            + self.parts.memory_bytes()
+            + self.mass.as_ref().map_or(0, Mass::memory_bytes)
+            + size_of::<u64>() * self.row_revisions.capacity()
+            + size_of::<[[u16; N]; N]>() * self.places.capacity()
+            + size_of::<[[Lane; D]; D]>() * self.references.capacity()
+            + size_of::<Stored<D>>() * self.stored.capacity()
+            + size_of::<[[Lane; D]; N]>() * self.forces.capacity()
     }
 
     /// Whether linearisations replace the tangent of each element by the nearest positive semidefinite one, so that
@@ -332,7 +488,8 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
     /// # Panics
     /// If `u` is shorter than `D` entries per vertex.
     pub fn stress(&self, cell: CellId, u: &[f64]) -> Option<SMatrix<f64, D, D>> {
-        self.deformation_gradient(cell, u).map(|f| self.material.first_piola_kirchhoff(&f))
+        let f = self.deformation_gradient(cell, u)?;
+        self.material_of(cell).map(|material| material.first_piola_kirchhoff(&f))
     }
 
     /// The live cell with the smallest `det F` at the displacement `u`, and that value; `None` for a body without cells.

@@ -3,7 +3,7 @@
 //! Sums over a star run in this order, which depends on the mesh alone: not on the slots that elements happen to have,
 //! and not on threads.
 
-use super::element::LANES;
+use crate::lanes::LANES;
 
 /// A local vertex of an element, as the place of its first force component in the force buffer of the group kernel.
 ///
@@ -46,15 +46,13 @@ impl Range {
 /// The stars of all vertices, in one array. A star that outgrows its place moves to the end; when more than half of the
 /// array is abandoned it is packed again, so that the cost per change stays in proportion to what it touched.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Stars<const N: usize> {
+pub(super) struct Stars {
     ranges: Vec<Range>,
     corners: Vec<Corner>,
-    /// For each corner, the places in its vertex' matrix row of the element's `N` vertices. Empty until there is a matrix.
-    columns: Vec<[u32; N]>,
     abandoned: usize,
 }
 
-impl<const N: usize> Stars<N> {
+impl Stars {
     pub fn n_vertices(&self) -> usize {
         self.ranges.len()
     }
@@ -67,13 +65,6 @@ impl<const N: usize> Stars<N> {
     #[inline]
     pub fn corners(&self, vertex: usize) -> &[Corner] {
         &self.corners[self.ranges[vertex].indices()]
-    }
-
-    /// The corners of a vertex and their matrix columns.
-    #[inline]
-    pub fn with_columns(&self, vertex: usize) -> impl Iterator<Item = (Corner, &[u32; N])> {
-        let range = self.ranges[vertex].indices();
-        self.corners[range.clone()].iter().copied().zip(&self.columns[range])
     }
 
     /// Replaces the star of a vertex.
@@ -91,40 +82,27 @@ impl<const N: usize> Stars<N> {
         self.ranges[vertex].len = len;
         let range = self.ranges[vertex].indices();
         self.corners[range].copy_from_slice(corners);
-        if !self.columns.is_empty() {
-            self.columns.resize(self.corners.len(), [0; N]);
-        }
         if 2 * self.abandoned > self.corners.len() {
             self.pack();
         }
     }
 
-    /// Begins to keep matrix columns.
-    pub fn enable_columns(&mut self) {
-        self.columns.resize(self.corners.len(), [0; N]);
-    }
-
-    /// The columns of a vertex' corners, for writing; after [`enable_columns`](Self::enable_columns).
-    pub fn columns_mut(&mut self, vertex: usize) -> &mut [[u32; N]] {
-        &mut self.columns[self.ranges[vertex].indices()]
+    /// Bytes that the stars take.
+    pub fn memory_bytes(&self) -> usize {
+        self.ranges.capacity() * size_of::<Range>() + self.corners.capacity() * size_of::<Corner>()
     }
 
     fn pack(&mut self) {
-        let keep = !self.columns.is_empty();
-        let (mut corners, mut columns) = (Vec::with_capacity(self.corners.len()), Vec::new());
+        let mut corners = Vec::with_capacity(self.corners.len());
         for range in &mut self.ranges {
             let old = range.indices();
             range.start = corners.len() as u32;
             range.capacity = range.capacity.min((range.len + 1).next_multiple_of(4));
             let end = corners.len() + range.capacity as usize;
-            corners.extend_from_slice(&self.corners[old.clone()]);
+            corners.extend_from_slice(&self.corners[old]);
             corners.resize(end, Corner(0));
-            if keep {
-                columns.extend_from_slice(&self.columns[old]);
-                columns.resize(end, [0; N]);
-            }
         }
-        (self.corners, self.columns, self.abandoned) = (corners, columns, 0);
+        (self.corners, self.abandoned) = (corners, 0);
     }
 }
 
@@ -144,7 +122,7 @@ mod tests {
 
     #[test]
     fn stars_survive_growth_and_packing() {
-        let mut stars = Stars::<3>::default();
+        let mut stars = Stars::default();
         stars.resize(5);
         let star = |vertex: usize, len: usize| (0..len).map(|k| Corner((100 * vertex + k) as u32)).collect::<Vec<_>>();
         for len in 1..200 {

@@ -22,6 +22,7 @@ pub use plane_stress::PlaneStress;
 pub use st_venant_kirchhoff::StVenantKirchhoff;
 pub use tangent::Tangent;
 
+use crate::lanes::{LANES, Lane, lane_matrix};
 use nalgebra::SMatrix;
 
 /// A hyperelastic solid in `D` dimensions. `f` is the deformation gradient `dx/dX`, dimensionless.
@@ -66,7 +67,87 @@ pub trait Hyperelastic<const D: usize>: Clone + Send + Sync {
     ) {
         self.tangent(f).element_stiffness(gradients, weight, upper);
     }
+
+    /// Whether this value of the type refuses `J <= 0`; the constant answers for every value, unless the type holds one
+    /// of several laws.
+    fn requires_positive_j(&self) -> bool {
+        Self::REQUIRES_POSITIVE_J
+    }
+
+    /// The nearest positive semidefinite tangent, Pa: negative eigenvalues become zero.
+    ///
+    /// By default numerically ([`Tangent::projected`]); the nonlinear solids of this crate know their eigensystem.
+    fn projected_tangent(&self, f: &SMatrix<f64, D, D>) -> Tangent<D> {
+        self.tangent(f).projected()
+    }
+
+    /// The strain energy densities of a group of elements, J/m^3: the bits of [`energy_density`](Self::energy_density).
+    #[inline(always)]
+    fn energy_lanes(&self, f: &[[Lane; D]; D]) -> Lane {
+        let mut energy = [0.0; LANES];
+        for lane in 0..LANES {
+            energy[lane] = self.energy_density(&lane_matrix(f, lane));
+        }
+        energy
+    }
+
+    /// The stresses of a group of elements, Pa: the bits of [`first_piola_kirchhoff`](Self::first_piola_kirchhoff).
+    ///
+    /// By default lane by lane.
+    #[inline(always)]
+    fn stress_lanes(&self, f: &[[Lane; D]; D]) -> [[Lane; D]; D] {
+        let mut stress = [[[0.0; LANES]; D]; D];
+        for lane in 0..LANES {
+            let p = self.first_piola_kirchhoff(&lane_matrix(f, lane));
+            for i in 0..D {
+                for k in 0..D {
+                    stress[i][k][lane] = p[(i, k)];
+                }
+            }
+        }
+        stress
+    }
+
+    /// Stiffnesses of a group of elements, of the projected tangent if `project`: the bits of
+    /// [`element_stiffness`](Self::element_stiffness), or of that of the [`projected_tangent`](Self::projected_tangent).
+    ///
+    /// By default lane by lane.
+    ///
+    /// # Panics
+    /// If `upper` does not hold `N (N + 1) / 2` blocks.
+    #[inline(always)]
+    fn element_stiffness_lanes<const N: usize>(
+        &self,
+        f: &[[Lane; D]; D],
+        gradients: &[[Lane; D]; N],
+        weight: &Lane,
+        project: bool,
+        upper: &mut [[[Lane; D]; D]],
+    ) {
+        assert_eq!(upper.len(), N * (N + 1) / 2, "one block for each pair a <= b");
+        let mut blocks = [[[0.0; D]; D]; MAX_PAIRS];
+        let blocks = &mut blocks[..N * (N + 1) / 2];
+        for lane in 0..LANES {
+            let f = lane_matrix(f, lane);
+            let g = gradients.map(|g| g.map(|x| x[lane]));
+            if project {
+                self.projected_tangent(&f).element_stiffness(&g, weight[lane], blocks);
+            } else {
+                self.element_stiffness(&f, &g, weight[lane], blocks);
+            }
+            for (block, out) in blocks.iter().zip(upper.iter_mut()) {
+                for i in 0..D {
+                    for k in 0..D {
+                        out[i][k][lane] = block[i][k];
+                    }
+                }
+            }
+        }
+    }
 }
+
+/// Pairs of vertices of a tetrahedron.
+const MAX_PAIRS: usize = 10;
 
 /// Fills the upper triangle of an element stiffness from a formula for its blocks.
 #[inline(always)]

@@ -1,0 +1,108 @@
+//! When the stiffness of an element has changed enough to be evaluated anew.
+
+use super::element::Group;
+use crate::lanes::{LANES, Lane};
+use crate::material::Hyperelastic;
+use nalgebra::SMatrix;
+use serde::{Deserialize, Serialize};
+
+/// Which elements a linearisation evaluates anew; `F` is the deformation gradient now, `F0` that of the last evaluation.
+///
+/// Energy and gradient stay exact, so an equilibrium is the same: only search directions, or the linearised step of a time
+/// integrator, change. The outcome depends on the sequence of linearisations; [`Linearization`](super::Linearization) is
+/// the state to keep for a resumed run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum LazyRule {
+    /// All.
+    #[default]
+    Always,
+    /// Those with `|F - F0| > threshold |F0|`, Frobenius norms. The relative error of an element's stiffness is about
+    /// `threshold` times `|d2P/dF2| |F| / |dP/dF|`, of order one for moderate strains and growing as `1/J` where an element
+    /// is crushed.
+    Strain(f64),
+    /// Those with `e = (lambda + 2 mu) |F - F0| max|N| max|B|` above this threshold, N/m, where `N` holds the area-weighted
+    /// normals of the faces (`D` volumes times the gradient of the opposite coordinate) and `B` the barycentric gradients:
+    /// how much an entry of the stiffness of a corotated element may change, to first order. Unlike (12) of Chentanez et
+    /// al. (2009), whose threshold it shares, it sees an element that turns as a whole, is blind to nothing that changes the
+    /// stiffness and does not jump where two stretches coincide; and it takes no singular value decomposition.
+    Stiffness(f64),
+}
+
+/// Moduli at rest, Pa.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Moduli {
+    /// `dP_11/dF_11 = lambda + 2 mu`.
+    pub axial: f64,
+}
+
+impl Moduli {
+    pub fn at_rest<const D: usize>(material: &impl Hyperelastic<D>) -> Self {
+        let mut df = SMatrix::zeros();
+        df[(0, 0)] = 1.0;
+        let dp: SMatrix<f64, D, D> = material.stress_differential(&SMatrix::identity(), &df);
+        Self { axial: dp[(0, 0)] }
+    }
+}
+
+impl LazyRule {
+    /// Whether no element is ever kept: a threshold that is not positive (or NaN) keeps none.
+    pub fn is_eager(self) -> bool {
+        match self {
+            Self::Always => true,
+            Self::Strain(threshold) | Self::Stiffness(threshold) => threshold.is_nan() || threshold <= 0.0,
+        }
+    }
+
+    /// Which lanes to evaluate anew.
+    #[inline(always)]
+    pub(super) fn changed<const D: usize, const N: usize>(
+        self,
+        group: &Group<D, N>,
+        moduli: Moduli,
+        f: &[[Lane; D]; D],
+        f0: &[[Lane; D]; D],
+    ) -> [bool; LANES] {
+        let (mut difference, mut norm) = ([0.0; LANES], [0.0; LANES]);
+        for i in 0..D {
+            for k in 0..D {
+                for lane in 0..LANES {
+                    let d = f[i][k][lane] - f0[i][k][lane];
+                    difference[lane] += d * d;
+                    norm[lane] += f0[i][k][lane] * f0[i][k][lane];
+                }
+            }
+        }
+        // A NaN is a change; a free lane is none.
+        let beyond = |limit: Lane| std::array::from_fn(|k| group.weight[k] != 0.0 && !(difference[k] <= limit[k]));
+        match self {
+            Self::Always => beyond([f64::NEG_INFINITY; LANES]),
+            Self::Strain(threshold) => beyond(norm.map(|n| threshold * threshold * n)),
+            Self::Stiffness(threshold) => {
+                let size = sizes(group);
+                beyond(size.map(|size| (threshold / (moduli.axial * size)).powi(2)))
+            }
+        }
+    }
+}
+
+/// `max|N| max|B|` of each lane, m in three dimensions.
+#[inline(always)]
+fn sizes<const D: usize, const N: usize>(group: &Group<D, N>) -> Lane {
+    let mut largest = [0.0f64; LANES];
+    let mut first = [[0.0; LANES]; D];
+    for a in 0..D {
+        for k in 0..D {
+            for lane in 0..LANES {
+                largest[lane] = largest[lane].max(group.gradients[a][k][lane].abs());
+                first[k][lane] -= group.gradients[a][k][lane];
+            }
+        }
+    }
+    for k in 0..D {
+        for lane in 0..LANES {
+            largest[lane] = largest[lane].max(first[k][lane].abs());
+        }
+    }
+    std::array::from_fn(|k| D as f64 * group.weight[k] * largest[k] * largest[k])
+}

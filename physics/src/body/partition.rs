@@ -1,0 +1,122 @@
+//! Who sums which rows of the stiffness matrix.
+//!
+//! Every vertex belongs to one part. A part visits the elements around its vertices in ascending order of their cells and
+//! adds to its own rows alone: elements between parts are evaluated by each of them, so that no two parts write to the
+//! same number and every row is summed in the order of the cells, whatever the parts are.
+
+use super::element::ElementTable;
+use super::star::Stars;
+use stylet_solver::Block;
+use stylet_solver::sparse::BlockCsr;
+
+/// Rows, elements and sums of one part.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Part<const D: usize> {
+    /// Vertices, ascending.
+    pub rows: Vec<u32>,
+    /// Slots of the elements around them, cells ascending.
+    pub elements: Vec<u32>,
+    /// The rows one after another, on their way to the matrix.
+    pub values: Vec<Block<D>>,
+}
+
+/// The parts of a body, and where the row of each vertex is.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Parts<const D: usize> {
+    pub parts: Vec<Part<D>>,
+    /// The part of each vertex.
+    pub owner: Vec<u16>,
+    /// Where the row of each vertex begins among the values of its part.
+    pub start: Vec<u32>,
+    /// Whether owners were given by the caller.
+    given: bool,
+    /// Whether the lists follow the mesh and the number of parts.
+    current: bool,
+}
+
+impl<const D: usize> Parts<D> {
+    /// The mesh has changed: the lists are made anew before they are next used.
+    pub fn outdate(&mut self) {
+        self.current = false;
+    }
+
+    /// Takes owners from the caller, or forgets those that it gave.
+    pub fn give(&mut self, owner: Option<Vec<u16>>) {
+        self.given = owner.is_some();
+        self.owner = owner.unwrap_or_default();
+        self.current = false;
+    }
+
+    /// Brings the lists up to date, for `n_parts` parts unless the caller has given owners. Vertices that are younger
+    /// than the given owners belong to the first part.
+    pub fn follow<const N: usize>(
+        &mut self,
+        n_parts: usize,
+        elements: &ElementTable<D, N>,
+        stars: &Stars,
+        matrix: &BlockCsr<D>,
+    ) {
+        let n_parts = if self.given { self.count_given() } else { n_parts };
+        if self.current && self.parts.len() == n_parts {
+            return;
+        }
+        if self.given {
+            self.owner.resize(stars.n_vertices(), 0);
+        } else {
+            self.cut(n_parts, stars);
+        }
+        self.parts.resize_with(n_parts, Part::default);
+        for part in &mut self.parts {
+            part.rows.clear();
+            part.elements.clear();
+        }
+        self.list_rows(stars, matrix);
+        for (_, slot) in elements.live() {
+            let owners = elements.vertices(slot).map(|vertex| self.owner[vertex as usize]);
+            for (a, &owner) in owners.iter().enumerate() {
+                if !owners[..a].contains(&owner) {
+                    self.parts[owner as usize].elements.push(slot as u32);
+                }
+            }
+        }
+        self.current = true;
+    }
+
+    fn count_given(&self) -> usize {
+        1 + self.owner.iter().copied().max().unwrap_or(0) as usize
+    }
+
+    /// Cuts the vertices, in the order of their numbers, where the work is even.
+    fn cut(&mut self, n_parts: usize, stars: &Stars) {
+        let total: usize = (0..stars.n_vertices()).map(|vertex| stars.corners(vertex).len()).sum();
+        let mut before = 0;
+        self.owner.clear();
+        self.owner.extend((0..stars.n_vertices()).map(|vertex| {
+            let part = (before * n_parts / total.max(1)).min(n_parts - 1);
+            before += stars.corners(vertex).len();
+            part as u16
+        }));
+    }
+
+    fn list_rows(&mut self, stars: &Stars, matrix: &BlockCsr<D>) {
+        self.start.clear();
+        for part in &mut self.parts {
+            part.values.clear();
+        }
+        for vertex in 0..stars.n_vertices() {
+            let part = &mut self.parts[self.owner[vertex] as usize];
+            self.start.push(part.values.len() as u32);
+            part.rows.push(vertex as u32);
+            let end = part.values.len() + matrix.row(vertex).0.len();
+            part.values.resize(end, [[0.0; D]; D]);
+        }
+    }
+
+    /// Bytes that the lists take.
+    pub fn memory_bytes(&self) -> usize {
+        let of_part = |part: &Part<D>| {
+            4 * (part.rows.capacity() + part.elements.capacity()) + size_of::<Block<D>>() * part.values.capacity()
+        };
+        2 * self.owner.capacity() + 4 * self.start.capacity() + self.parts.iter().map(of_part).sum::<usize>()
+    }
+}

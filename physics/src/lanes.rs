@@ -1,0 +1,287 @@
+//! Numbers side by side: element kernels work on [`LANES`] elements at a time.
+//!
+//! A kernel is written once for [`Pack`], a short array of numbers with the arithmetic of one, and compiled for one
+//! lane (the scalar form) and for [`LANES`]. Lanes never mix and no product is fused with a sum, so that both give the
+//! same bits.
+
+use nalgebra::SMatrix;
+use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
+
+/// Elements that are computed side by side: the width of the vector units that the kernels are compiled for.
+pub const LANES: usize = 4;
+
+/// One number per element of a group.
+pub type Lane = [f64; LANES];
+
+/// `L` numbers with the arithmetic of one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Pack<const L: usize>(pub [f64; L]);
+
+/// A matrix of packs, `[row][column]`.
+pub(crate) type PackMatrix<const D: usize, const L: usize> = [[Pack<L>; D]; D];
+
+impl<const L: usize> Pack<L> {
+    pub const ZERO: Self = Self([0.0; L]);
+    pub const ONE: Self = Self([1.0; L]);
+
+    #[inline(always)]
+    pub fn splat(x: f64) -> Self {
+        Self([x; L])
+    }
+
+    #[inline(always)]
+    fn zip(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
+        let mut out = [0.0; L];
+        for l in 0..L {
+            out[l] = f(self.0[l], other.0[l]);
+        }
+        Self(out)
+    }
+
+    #[inline(always)]
+    pub fn map(self, f: impl Fn(f64) -> f64) -> Self {
+        let mut out = [0.0; L];
+        for l in 0..L {
+            out[l] = f(self.0[l]);
+        }
+        Self(out)
+    }
+
+    #[inline(always)]
+    pub fn sqrt(self) -> Self {
+        self.map(f64::sqrt)
+    }
+
+    #[inline(always)]
+    pub fn abs(self) -> Self {
+        self.map(f64::abs)
+    }
+
+    /// The larger one; `other` where `self` is NaN.
+    #[inline(always)]
+    pub fn max(self, other: Self) -> Self {
+        self.zip(other, |a, b| if a > b { a } else { b })
+    }
+
+    /// `yes` where `self < bound`, otherwise `no` (also where one is NaN).
+    #[inline(always)]
+    pub fn where_less(self, bound: Self, yes: Self, no: Self) -> Self {
+        let mut out = [0.0; L];
+        for l in 0..L {
+            out[l] = if self.0[l] < bound.0[l] { yes.0[l] } else { no.0[l] };
+        }
+        Self(out)
+    }
+}
+
+impl<const L: usize> Add for Pack<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        self.zip(other, |a, b| a + b)
+    }
+}
+
+impl<const L: usize> Sub for Pack<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        self.zip(other, |a, b| a - b)
+    }
+}
+
+impl<const L: usize> Mul for Pack<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        self.zip(other, |a, b| a * b)
+    }
+}
+
+impl<const L: usize> Mul<f64> for Pack<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, factor: f64) -> Self {
+        self.map(|a| a * factor)
+    }
+}
+
+impl<const L: usize> Div for Pack<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn div(self, other: Self) -> Self {
+        self.zip(other, |a, b| a / b)
+    }
+}
+
+impl<const L: usize> Neg for Pack<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        self.map(|a| -a)
+    }
+}
+
+impl<const L: usize> AddAssign for Pack<L> {
+    #[inline(always)]
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}
+
+impl<const L: usize> SubAssign for Pack<L> {
+    #[inline(always)]
+    fn sub_assign(&mut self, other: Self) {
+        *self = *self - other;
+    }
+}
+
+/// One matrix as a pack of one lane.
+#[inline(always)]
+pub(crate) fn single<const D: usize>(m: &SMatrix<f64, D, D>) -> PackMatrix<D, 1> {
+    let mut out = [[Pack::ZERO; D]; D];
+    for i in 0..D {
+        for k in 0..D {
+            out[i][k] = Pack([m[(i, k)]]);
+        }
+    }
+    out
+}
+
+/// One lane of a matrix of packs.
+#[inline(always)]
+pub(crate) fn lane_of<const D: usize, const L: usize>(m: &PackMatrix<D, L>, lane: usize) -> SMatrix<f64, D, D> {
+    let mut out = SMatrix::zeros();
+    for i in 0..D {
+        for k in 0..D {
+            out[(i, k)] = m[i][k].0[lane];
+        }
+    }
+    out
+}
+
+/// Overwrites one lane.
+#[inline(always)]
+pub(crate) fn set_lane<const D: usize, const L: usize>(
+    m: &mut PackMatrix<D, L>,
+    lane: usize,
+    value: &PackMatrix<D, 1>,
+) {
+    for i in 0..D {
+        for k in 0..D {
+            m[i][k].0[lane] = value[i][k].0[0];
+        }
+    }
+}
+
+/// One lane of a matrix of lanes.
+#[inline(always)]
+pub(crate) fn lane_matrix<const D: usize>(f: &[[Lane; D]; D], lane: usize) -> SMatrix<f64, D, D> {
+    let mut m = SMatrix::zeros();
+    for i in 0..D {
+        for k in 0..D {
+            m[(i, k)] = f[i][k][lane];
+        }
+    }
+    m
+}
+
+/// A matrix of lanes as packs.
+#[inline(always)]
+pub(crate) fn pack<const D: usize>(f: &[[Lane; D]; D]) -> PackMatrix<D, LANES> {
+    f.map(|row| row.map(Pack))
+}
+
+/// A matrix of packs as lanes.
+#[inline(always)]
+pub(crate) fn unpack<const D: usize>(f: PackMatrix<D, LANES>) -> [[Lane; D]; D] {
+    f.map(|row| row.map(|x| x.0))
+}
+
+/// `A B`.
+#[inline(always)]
+pub(crate) fn times<const D: usize, const L: usize>(a: &PackMatrix<D, L>, b: &PackMatrix<D, L>) -> PackMatrix<D, L> {
+    let mut c = [[Pack::ZERO; D]; D];
+    for i in 0..D {
+        for j in 0..D {
+            let mut sum = a[i][0] * b[0][j];
+            for k in 1..D {
+                sum += a[i][k] * b[k][j];
+            }
+            c[i][j] = sum;
+        }
+    }
+    c
+}
+
+/// `A B^T`.
+#[inline(always)]
+pub(crate) fn times_transpose<const D: usize, const L: usize>(
+    a: &PackMatrix<D, L>,
+    b: &PackMatrix<D, L>,
+) -> PackMatrix<D, L> {
+    let mut c = [[Pack::ZERO; D]; D];
+    for i in 0..D {
+        for j in 0..D {
+            let mut sum = a[i][0] * b[j][0];
+            for k in 1..D {
+                sum += a[i][k] * b[j][k];
+            }
+            c[i][j] = sum;
+        }
+    }
+    c
+}
+
+/// `A^T B`.
+#[inline(always)]
+pub(crate) fn transpose_times<const D: usize, const L: usize>(
+    a: &PackMatrix<D, L>,
+    b: &PackMatrix<D, L>,
+) -> PackMatrix<D, L> {
+    let mut c = [[Pack::ZERO; D]; D];
+    for i in 0..D {
+        for j in 0..D {
+            let mut sum = a[0][i] * b[0][j];
+            for k in 1..D {
+                sum += a[k][i] * b[k][j];
+            }
+            c[i][j] = sum;
+        }
+    }
+    c
+}
+
+/// The cofactor matrix `J F^-T`, for `D = 2, 3`.
+#[inline(always)]
+pub(crate) fn cofactor<const D: usize, const L: usize>(f: &PackMatrix<D, L>) -> PackMatrix<D, L> {
+    let mut c = [[Pack::ZERO; D]; D];
+    if D == 2 {
+        c[0][0] = f[1][1];
+        c[0][1] = -f[1][0];
+        c[1][0] = -f[0][1];
+        c[1][1] = f[0][0];
+        return c;
+    }
+    for i in 0..D {
+        let (i1, i2) = ((i + 1) % D, (i + 2) % D);
+        for j in 0..D {
+            let (j1, j2) = ((j + 1) % D, (j + 2) % D);
+            c[i][j] = f[i1][j1] * f[i2][j2] - f[i1][j2] * f[i2][j1];
+        }
+    }
+    c
+}
+
+/// `det F` from the cofactors of its first row.
+#[inline(always)]
+pub(crate) fn determinant_by<const D: usize, const L: usize>(
+    f: &PackMatrix<D, L>,
+    cofactor: &PackMatrix<D, L>,
+) -> Pack<L> {
+    let mut sum = f[0][0] * cofactor[0][0];
+    for k in 1..D {
+        sum += f[0][k] * cofactor[0][k];
+    }
+    sum
+}
