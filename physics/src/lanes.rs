@@ -160,20 +160,6 @@ pub(crate) fn lane_of<const D: usize, const L: usize>(m: &PackMatrix<D, L>, lane
     out
 }
 
-/// Overwrites one lane.
-#[inline(always)]
-pub(crate) fn set_lane<const D: usize, const L: usize>(
-    m: &mut PackMatrix<D, L>,
-    lane: usize,
-    value: &PackMatrix<D, 1>,
-) {
-    for i in 0..D {
-        for k in 0..D {
-            m[i][k].0[lane] = value[i][k].0[0];
-        }
-    }
-}
-
 /// One lane of a matrix of lanes.
 #[inline(always)]
 pub(crate) fn lane_matrix<const D: usize>(f: &[[Lane; D]; D], lane: usize) -> SMatrix<f64, D, D> {
@@ -284,4 +270,37 @@ pub(crate) fn determinant_by<const D: usize, const L: usize>(
         sum += f[0][k] * cofactor[0][k];
     }
     sum
+}
+
+/// `A : B`, the sum of the products of the entries.
+#[inline(always)]
+pub(crate) fn contract<const D: usize, const L: usize>(a: &PackMatrix<D, L>, b: &PackMatrix<D, L>) -> Pack<L> {
+    let mut sum = Pack::ZERO;
+    for i in 0..D {
+        for k in 0..D {
+            sum += a[i][k] * b[i][k];
+        }
+    }
+    sum
+}
+
+/// The derivative of the cofactor matrix in the direction `dF`, for `D = 2, 3`.
+#[inline(always)]
+pub(crate) fn cofactor_differential<const D: usize, const L: usize>(
+    f: &PackMatrix<D, L>,
+    df: &PackMatrix<D, L>,
+) -> PackMatrix<D, L> {
+    if D == 2 {
+        return cofactor(df);
+    }
+    let mut c = [[Pack::ZERO; D]; D];
+    for i in 0..D {
+        let (i1, i2) = ((i + 1) % D, (i + 2) % D);
+        for j in 0..D {
+            let (j1, j2) = ((j + 1) % D, (j + 2) % D);
+            c[i][j] =
+                (f[i1][j1] * df[i2][j2] + df[i1][j1] * f[i2][j2]) - (f[i1][j2] * df[i2][j1] + df[i1][j2] * f[i2][j1]);
+        }
+    }
+    c
 }

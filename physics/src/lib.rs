@@ -34,3 +34,4 @@ pub mod material;
 mod parallel;
 mod small;
 pub mod statics;
+pub mod svd;

@@ -2,9 +2,38 @@
 
 use nalgebra::{Matrix2, Matrix3, Rotation2, Rotation3, SMatrix, Vector3};
 use proptest::prelude::*;
-use stylet_physics::material::{Hyperelastic, Linear, NeoHookean, PlaneStress, StVenantKirchhoff};
+use stylet_physics::lanes::{LANES, Lane};
+use stylet_physics::material::{
+    Corotated, FixedCorotated, Hyperelastic, Invertible, Linear, NeoHookean, PlaneStress, Solid, StVenantKirchhoff,
+    StableNeoHookean,
+};
 
 const YOUNG: f64 = 34e3;
+
+/// A check of every solid, in two dimensions (plane strain) or three.
+macro_rules! each_solid {
+    ($nu:expr, $check:ident, $($arg:expr),+) => {{
+        let stvk = StVenantKirchhoff::from_young_poisson(YOUNG, $nu).unwrap();
+        let neo = NeoHookean::from_young_poisson(YOUNG, $nu).unwrap();
+        $check(&Linear::from_young_poisson(YOUNG, $nu).unwrap(), "linear", $($arg),+)?;
+        $check(&stvk, "StVK", $($arg),+)?;
+        $check(&neo, "NH", $($arg),+)?;
+        each_invertible!($nu, $check, $($arg),+);
+    }};
+}
+
+/// A check of every nonlinear solid that is defined under inversion.
+macro_rules! each_invertible {
+    ($nu:expr, $check:ident, $($arg:expr),+) => {{
+        let stvk = StVenantKirchhoff::from_young_poisson(YOUNG, $nu).unwrap();
+        let neo = NeoHookean::from_young_poisson(YOUNG, $nu).unwrap();
+        $check(&Corotated::from_young_poisson(YOUNG, $nu).unwrap(), "corotated", $($arg),+)?;
+        $check(&FixedCorotated::from_young_poisson(YOUNG, $nu).unwrap(), "fixed corotated", $($arg),+)?;
+        $check(&StableNeoHookean::from_young_poisson(YOUNG, $nu).unwrap(), "stable NH", $($arg),+)?;
+        $check(&Invertible::new(stvk), "invertible StVK", $($arg),+)?;
+        $check(&Invertible::new(neo), "invertible NH", $($arg),+)?;
+    }};
+}
 
 /// A check of every material of two dimensions (plane strain, then plane stress).
 macro_rules! each_2d {
@@ -12,21 +41,10 @@ macro_rules! each_2d {
         let linear = Linear::from_young_poisson(YOUNG, $nu).unwrap();
         let stvk = StVenantKirchhoff::from_young_poisson(YOUNG, $nu).unwrap();
         let neo = NeoHookean::from_young_poisson(YOUNG, $nu).unwrap();
-        $check(&linear, "linear", $($arg),+)?;
-        $check(&stvk, "StVK", $($arg),+)?;
-        $check(&neo, "NH", $($arg),+)?;
+        each_solid!($nu, $check, $($arg),+);
         $check(&PlaneStress::new(linear), "plane stress linear", $($arg),+)?;
         $check(&PlaneStress::new(stvk), "plane stress StVK", $($arg),+)?;
         $check(&PlaneStress::new(neo), "plane stress NH", $($arg),+)?;
-    }};
-}
-
-/// A check of every material of three dimensions.
-macro_rules! each_3d {
-    ($nu:expr, $check:ident, $($arg:expr),+) => {{
-        $check(&Linear::from_young_poisson(YOUNG, $nu).unwrap(), "linear", $($arg),+)?;
-        $check(&StVenantKirchhoff::from_young_poisson(YOUNG, $nu).unwrap(), "StVK", $($arg),+)?;
-        $check(&NeoHookean::from_young_poisson(YOUNG, $nu).unwrap(), "NH", $($arg),+)?;
     }};
 }
 
@@ -163,6 +181,63 @@ fn shape_gradients<const D: usize, const N: usize>(rows: &SMatrix<f64, D, D>) ->
     g
 }
 
+/// The analytic projection is the numeric one.
+fn analytic_projection<const D: usize>(
+    m: &impl Hyperelastic<D>,
+    name: &str,
+    f: &SMatrix<f64, D, D>,
+    df: &SMatrix<f64, D, D>,
+) -> Result<(), TestCaseError> {
+    if m.energy_density(f).is_infinite() {
+        return Ok(());
+    }
+    let tangent = m.tangent(f);
+    let (numeric, analytic) = (tangent.projected().apply(df), m.projected_tangent(f).apply(df));
+    let scale = tangent.blocks.iter().flatten().map(|b| b.norm_squared()).sum::<f64>().sqrt();
+    prop_assert!((numeric - analytic).norm() <= 1e-9 * (YOUNG + scale), "{name}: {numeric} against {analytic}");
+    Ok(())
+}
+
+/// Groups of elements give the bits of single ones, whatever stands in the other lanes.
+fn groups<const D: usize, const N: usize>(
+    m: &impl Hyperelastic<D>,
+    name: &str,
+    f: &[SMatrix<f64, D, D>; LANES],
+    g: &[[f64; D]; N],
+) -> Result<(), TestCaseError> {
+    let lanes = f.map(|f| m.energy_density(&f));
+    let mut group = [[[0.0; LANES]; D]; D];
+    for (lane, f) in f.iter().enumerate() {
+        for i in 0..D {
+            for k in 0..D {
+                group[i][k][lane] = f[(i, k)];
+            }
+        }
+    }
+    prop_assert_eq!(m.energy_lanes(&group), lanes, "{}: energies", name);
+    let (stress, gradients): (_, [[Lane; D]; N]) = (m.stress_lanes(&group), g.map(|g| g.map(|x| [x; LANES])));
+    let (mut held, mut projected) = (vec![[[[0.0; LANES]; D]; D]; N * (N + 1) / 2], Vec::new());
+    projected.clone_from(&held);
+    m.element_stiffness_lanes(&group, &gradients, &[0.7; LANES], false, &mut held);
+    m.element_stiffness_lanes(&group, &gradients, &[0.7; LANES], true, &mut projected);
+    let mut upper = vec![[[0.0; D]; D]; N * (N + 1) / 2];
+    for (lane, f) in f.iter().enumerate().filter(|&(lane, _)| lanes[lane].is_finite()) {
+        let p = m.first_piola_kirchhoff(f).transpose();
+        let at =
+            |blocks: &[[[Lane; D]; D]]| -> Vec<f64> { blocks.iter().flatten().flatten().map(|x| x[lane]).collect() };
+        prop_assert_eq!(at(&[stress]), p.as_slice(), "{}: stress", name);
+        m.element_stiffness(f, g, 0.7, &mut upper);
+        prop_assert_eq!(at(&held), upper.as_flattened().as_flattened(), "{}: stiffness", name);
+        // Not to the bit: a single projected tangent is expanded before it is contracted.
+        m.projected_tangent(f).element_stiffness(g, 0.7, &mut upper);
+        let scale = upper.iter().flatten().flatten().fold(YOUNG, |m, x| m.max(x.abs()));
+        for (x, y) in at(&projected).iter().zip(upper.as_flattened().as_flattened()) {
+            prop_assert!((x - y).abs() <= 1e-11 * scale, "{name}: projected stiffness {x} against {y}");
+        }
+    }
+    Ok(())
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
 
@@ -173,7 +248,7 @@ proptest! {
 
     #[test]
     fn derivatives_3d(nu in 0.0..0.49, f in gradient::<3>(0.25), df in direction::<3>()) {
-        each_3d!(nu, taylor, &f, &df);
+        each_solid!(nu, taylor, &f, &df);
     }
 
     #[test]
@@ -185,21 +260,40 @@ proptest! {
     #[test]
     fn objectivity_3d(nu in 0.0..0.49, f in gradient::<3>(0.25), axis in prop::array::uniform3(-2.0..2.0f64)) {
         let r: Matrix3<f64> = Rotation3::new(Vector3::from(axis)).into_inner();
-        each_3d!(nu, objective, &f, &r);
+        each_solid!(nu, objective, &f, &r);
     }
 
     #[test]
     fn closed_forms_of_the_stiffness(nu in 0.0..0.49, f in gradient::<2>(0.35), g in gradient::<2>(2.0),
                                      f3 in gradient::<3>(0.25), g3 in gradient::<3>(2.0)) {
         each_2d!(nu, closed_stiffness, &f, &shape_gradients::<2, 3>(&g));
-        each_3d!(nu, closed_stiffness, &f3, &shape_gradients::<3, 4>(&g3));
+        each_solid!(nu, closed_stiffness, &f3, &shape_gradients::<3, 4>(&g3));
     }
 
     #[test]
     fn projection_to_semidefinite(nu in 0.0..0.49, f in gradient::<2>(0.8), df in direction::<2>(),
                                   f3 in gradient::<3>(0.6), df3 in direction::<3>()) {
         each_2d!(nu, projection, &f, &df);
-        each_3d!(nu, projection, &f3, &df3);
+        each_solid!(nu, projection, &f3, &df3);
+    }
+
+    #[test]
+    fn analytic_projections(nu in 0.0..0.49, f in gradient::<2>(0.8), df in direction::<2>(),
+                            f3 in gradient::<3>(0.6), df3 in direction::<3>()) {
+        each_solid!(nu, analytic_projection, &f, &df);
+        each_solid!(nu, analytic_projection, &f3, &df3);
+    }
+
+    #[test]
+    fn groups_of_elements(nu in 0.0..0.49, f in prop::array::uniform4(gradient::<2>(0.8)), g in gradient::<2>(2.0),
+                          f3 in prop::array::uniform4(gradient::<3>(0.6)), g3 in gradient::<3>(2.0)) {
+        each_2d!(nu, groups, &f, &shape_gradients::<2, 3>(&g));
+        each_solid!(nu, groups, &f3, &shape_gradients::<3, 4>(&g3));
+        for model in Solid::MODELS {
+            let solid = Solid::from_young_poisson(model, YOUNG, nu).unwrap();
+            groups(&solid, model, &f, &shape_gradients::<2, 3>(&g))?;
+            groups(&solid, model, &f3, &shape_gradients::<3, 4>(&g3))?;
+        }
     }
 
     /// Plane strain is the three-dimensional law at `F33 = 1`; plane stress the one at the `F33` found by Newton's

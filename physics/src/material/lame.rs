@@ -30,6 +30,30 @@ pub enum MaterialError {
         /// What the law needs of them.
         requirement: &'static str,
     },
+    /// The principal stretch below which a law is continued must lie in the range of the law.
+    #[error("the stretch below which the law is continued is {threshold}, it must satisfy {requirement}")]
+    Threshold {
+        /// The value found.
+        threshold: f64,
+        /// The range that the law needs.
+        requirement: &'static str,
+    },
+    /// No law of this name.
+    #[error("there is no material model \"{model}\"; there are {known}")]
+    UnknownModel {
+        /// The name found.
+        model: String,
+        /// The names there are.
+        known: String,
+    },
+    /// The law has no form for plane stress.
+    #[error(
+        "the material model \"{model}\" has no form for plane stress; linear, st-venant-kirchhoff and neo-hookean have"
+    )]
+    NoPlaneStress {
+        /// The name of the law.
+        model: &'static str,
+    },
 }
 
 const STABLE: &str = "mu > 0 and lambda > -2 mu / 3";
@@ -86,6 +110,14 @@ impl Lame {
             return Err(MaterialError::PoissonRatio { poisson, requirement: "-1 < nu < 0.5" });
         }
         Self::new(young / (2.0 * (1.0 + poisson)), young / (1.0 + poisson) * (poisson / (1.0 - 2.0 * poisson)))
+    }
+
+    /// The same for laws that need `0 <= poisson`.
+    pub(super) fn from_young_non_negative_poisson(young: f64, poisson: f64) -> Result<Self, MaterialError> {
+        if !(0.0..0.5).contains(&poisson) {
+            return Err(MaterialError::PoissonRatio { poisson, requirement: "0 <= nu < 0.5" });
+        }
+        Self::from_young_poisson(young, poisson)
     }
 
     /// The same, if `lambda >= 0`: below, the energy of the neo-Hookean law has no lower bound.

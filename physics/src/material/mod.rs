@@ -8,18 +8,29 @@
 //!
 //! In two dimensions each is plane strain (`F33 = 1`, per unit of thickness); [`PlaneStress`] solves `S33 = 0` instead.
 
+mod corotated;
+mod fixed_corotated;
+mod invertible;
 mod lame;
 mod linear;
 mod neo_hookean;
 mod plane_stress;
+mod principal;
+mod solid;
 mod st_venant_kirchhoff;
+mod stable_neo_hookean;
 mod tangent;
 
+pub use corotated::{Corotated, RotationTangent};
+pub use fixed_corotated::FixedCorotated;
+pub use invertible::{Continued, Invertible};
 pub use lame::{Lame, MaterialError};
 pub use linear::Linear;
 pub use neo_hookean::NeoHookean;
 pub use plane_stress::PlaneStress;
+pub use solid::Solid;
 pub use st_venant_kirchhoff::StVenantKirchhoff;
+pub use stable_neo_hookean::StableNeoHookean;
 pub use tangent::Tangent;
 
 use crate::lanes::{LANES, Lane, lane_matrix};
@@ -125,9 +136,7 @@ pub trait Hyperelastic<const D: usize>: Clone + Send + Sync {
         upper: &mut [[[Lane; D]; D]],
     ) {
         assert_eq!(upper.len(), N * (N + 1) / 2, "one block for each pair a <= b");
-        let mut blocks = [[[0.0; D]; D]; MAX_PAIRS];
-        let blocks = &mut blocks[..N * (N + 1) / 2];
-        for lane in 0..LANES {
+        lane_by_lane(upper, |lane, blocks| {
             let f = lane_matrix(f, lane);
             let g = gradients.map(|g| g.map(|x| x[lane]));
             if project {
@@ -135,19 +144,29 @@ pub trait Hyperelastic<const D: usize>: Clone + Send + Sync {
             } else {
                 self.element_stiffness(&f, &g, weight[lane], blocks);
             }
-            for (block, out) in blocks.iter().zip(upper.iter_mut()) {
-                for i in 0..D {
-                    for k in 0..D {
-                        out[i][k][lane] = block[i][k];
-                    }
-                }
-            }
-        }
+        });
     }
 }
 
 /// Pairs of vertices of a tetrahedron.
 const MAX_PAIRS: usize = 10;
+
+/// Fills the blocks of a group from a function that fills those of one lane.
+#[inline(always)]
+fn lane_by_lane<const D: usize>(upper: &mut [[[Lane; D]; D]], mut fill: impl FnMut(usize, &mut [[[f64; D]; D]])) {
+    let mut blocks = [[[0.0; D]; D]; MAX_PAIRS];
+    let blocks = &mut blocks[..upper.len()];
+    for lane in 0..LANES {
+        fill(lane, blocks);
+        for (block, out) in blocks.iter().zip(upper.iter_mut()) {
+            for i in 0..D {
+                for k in 0..D {
+                    out[i][k][lane] = block[i][k];
+                }
+            }
+        }
+    }
+}
 
 /// Fills the upper triangle of an element stiffness from a formula for its blocks.
 #[inline(always)]

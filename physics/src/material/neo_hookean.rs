@@ -1,6 +1,8 @@
 //! Compressible neo-Hookean solid, and the family of laws `mu/2 |F|^2 + U(J)` it belongs to.
 
-use super::{Hyperelastic, Lame, MaterialError, fill_upper};
+use super::principal::{self, Curvature, Principal, Products, projection_by_principal_stretches};
+use super::{Hyperelastic, Lame, MaterialError, Tangent, fill_upper, lane_by_lane};
+use crate::lanes::{Lane, Pack, lane_matrix, pack};
 use crate::small::{cofactor, contract, determinant_minus_one, dot, map_gradients, times};
 use nalgebra::SMatrix;
 use serde::{Deserialize, Serialize};
@@ -38,10 +40,7 @@ impl NeoHookean {
     /// # Errors
     /// [`MaterialError`] if a constant is out of range.
     pub fn from_young_poisson(young: f64, poisson: f64) -> Result<Self, MaterialError> {
-        if !(0.0..0.5).contains(&poisson) {
-            return Err(MaterialError::PoissonRatio { poisson, requirement: "0 <= nu < 0.5" });
-        }
-        Ok(Self { lame: Lame::from_young_poisson(young, poisson)? })
+        Ok(Self { lame: Lame::from_young_non_negative_poisson(young, poisson)? })
     }
 
     /// From Lamé's constants.
@@ -103,6 +102,37 @@ impl<const D: usize> Hyperelastic<D> for NeoHookean {
     ) {
         let (j, inverse) = inverse_transpose(f);
         self.volumetric(j).element_stiffness(self.lame.mu(), &inverse, gradients, weight, upper);
+    }
+
+    projection_by_principal_stretches!(D);
+}
+
+/// Where all stretches are positive.
+impl Principal for NeoHookean {
+    #[inline(always)]
+    fn gradient<const D: usize, const L: usize>(&self, s: &[Pack<L>; D]) -> [Pack<L>; D] {
+        let (mu, products) = (self.lame.mu(), Products::of(s));
+        let pressure = (products.j - Pack::ONE) * self.lame.lambda() - Pack::splat(mu) / products.j;
+        std::array::from_fn(|i| s[i] * mu + pressure * products.first[i])
+    }
+
+    #[inline(always)]
+    fn curvature<const D: usize, const L: usize>(&self, s: &[Pack<L>; D]) -> Curvature<D, L> {
+        let (mu, lambda, products) = (self.lame.mu(), self.lame.lambda(), Products::of(s));
+        // U' and U'' of U(J) = -mu ln J + lambda/2 (J - 1)^2.
+        let pressure = (products.j - Pack::ONE) * lambda - Pack::splat(mu) / products.j;
+        let slope = Pack::splat(lambda) + Pack::splat(mu) / (products.j * products.j);
+        let mut c = Curvature::ZERO;
+        for i in 0..D {
+            for k in 0..D {
+                let volume = pressure * products.second[i][k];
+                let other = if i == k { Pack::splat(mu) } else { volume };
+                c.scaling[i][k] = slope * (products.first[i] * products.first[k]) + other;
+                c.flip[i][k] = Pack::splat(mu) - volume;
+                c.twist[i][k] = Pack::splat(mu) + volume;
+            }
+        }
+        c
     }
 }
 

@@ -1,6 +1,8 @@
 //! St. Venant-Kirchhoff: linear elasticity in the Green strain.
 
-use super::{Hyperelastic, Lame, MaterialError, fill_upper};
+use super::principal::{self, Curvature, Principal, projection_by_principal_stretches};
+use super::{Hyperelastic, Lame, MaterialError, Tangent, fill_upper, lane_by_lane};
+use crate::lanes::{Lane, Pack, lane_matrix, pack};
 use crate::small::{determinant_minus_one, dot, map_gradients, times, transpose_times};
 use nalgebra::SMatrix;
 use serde::{Deserialize, Serialize};
@@ -99,6 +101,46 @@ impl<const D: usize> Hyperelastic<D> for StVenantKirchhoff {
             k
         });
     }
+
+    projection_by_principal_stretches!(D);
+}
+
+impl Principal for StVenantKirchhoff {
+    /// `s_i (mu (s_i^2 - 1) + lambda/2 sum(s^2 - 1))`.
+    #[inline(always)]
+    fn gradient<const D: usize, const L: usize>(&self, s: &[Pack<L>; D]) -> [Pack<L>; D] {
+        let pressure = doubled_green_trace(s) * (0.5 * self.lame.lambda());
+        s.map(|s| s * ((s * s - Pack::ONE) * self.lame.mu() + pressure))
+    }
+
+    #[inline(always)]
+    fn curvature<const D: usize, const L: usize>(&self, s: &[Pack<L>; D]) -> Curvature<D, L> {
+        let (mu, lambda) = (self.lame.mu(), self.lame.lambda());
+        let pressure = doubled_green_trace(s) * (0.5 * lambda);
+        let mut c = Curvature::ZERO;
+        for i in 0..D {
+            for k in 0..D {
+                let (squares, product) = (s[i] * s[i] + s[k] * s[k] - Pack::ONE, s[i] * s[k]);
+                c.scaling[i][k] = product * lambda;
+                c.flip[i][k] = (squares + product) * mu + pressure;
+                c.twist[i][k] = (squares - product) * mu + pressure;
+                if i == k {
+                    c.scaling[i][i] += c.flip[i][i];
+                }
+            }
+        }
+        c
+    }
+}
+
+/// `2 tr G = sum(s_i^2 - 1)`.
+#[inline(always)]
+fn doubled_green_trace<const D: usize, const L: usize>(s: &[Pack<L>; D]) -> Pack<L> {
+    let mut sum = Pack::ZERO;
+    for s in s {
+        sum += *s * *s - Pack::ONE;
+    }
+    sum
 }
 
 /// `G = (H + H^T + H^T H)/2`, accurate at small `H = F - I`.

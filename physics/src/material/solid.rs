@@ -1,0 +1,190 @@
+//! Any of the laws, chosen at run time.
+
+use super::{
+    Corotated, FixedCorotated, Hyperelastic, Invertible, Lame, Linear, MaterialError, NeoHookean, RotationTangent,
+    StVenantKirchhoff, StableNeoHookean, Tangent,
+};
+use crate::lanes::Lane;
+use nalgebra::SMatrix;
+use serde::{Deserialize, Serialize};
+
+/// A solid whose law is data: bodies of several laws, laws named by a file. Every method asks once which law it is, for
+/// groups of elements once per group.
+///
+/// As a type it is nonlinear, and refuses inversion as far as its type can tell: ask
+/// [`requires_positive_j`](Hyperelastic::requires_positive_j). A body whose law is known at compile time, or chosen at the
+/// door by `match`, saves even these questions.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "model", rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum Solid {
+    /// See [`Linear`].
+    Linear(Linear),
+    /// See [`StVenantKirchhoff`].
+    StVenantKirchhoff(StVenantKirchhoff),
+    /// See [`NeoHookean`].
+    NeoHookean(NeoHookean),
+    /// See [`Corotated`].
+    Corotated(Corotated),
+    /// See [`FixedCorotated`].
+    FixedCorotated(FixedCorotated),
+    /// See [`StableNeoHookean`].
+    StableNeoHookean(StableNeoHookean),
+    /// See [`Invertible`].
+    InvertibleStVenantKirchhoff(Invertible<StVenantKirchhoff>),
+    /// See [`Invertible`].
+    InvertibleNeoHookean(Invertible<NeoHookean>),
+}
+
+/// Evaluates an expression with the law in a variable.
+macro_rules! with_law {
+    ($solid:expr, $law:ident => $body:expr) => {
+        match $solid {
+            Solid::Linear($law) => $body,
+            Solid::StVenantKirchhoff($law) => $body,
+            Solid::NeoHookean($law) => $body,
+            Solid::Corotated($law) => $body,
+            Solid::FixedCorotated($law) => $body,
+            Solid::StableNeoHookean($law) => $body,
+            Solid::InvertibleStVenantKirchhoff($law) => $body,
+            Solid::InvertibleNeoHookean($law) => $body,
+        }
+    };
+}
+
+impl Solid {
+    /// The names of the laws, as files spell them.
+    pub const MODELS: [&'static str; 8] = [
+        "linear",
+        "st-venant-kirchhoff",
+        "neo-hookean",
+        "corotated",
+        "fixed-corotated",
+        "stable-neo-hookean",
+        "invertible-st-venant-kirchhoff",
+        "invertible-neo-hookean",
+    ];
+
+    /// A law by its name, one of [`MODELS`](Self::MODELS), with Young's modulus (Pa) and Poisson's ratio; everything else
+    /// as the law's own constructor sets it.
+    ///
+    /// # Errors
+    /// [`MaterialError::UnknownModel`]; [`MaterialError`] if a constant is out of the range of the law.
+    pub fn from_young_poisson(model: &str, young: f64, poisson: f64) -> Result<Self, MaterialError> {
+        Ok(match model {
+            "linear" => Self::Linear(Linear::from_young_poisson(young, poisson)?),
+            "st-venant-kirchhoff" => Self::StVenantKirchhoff(StVenantKirchhoff::from_young_poisson(young, poisson)?),
+            "neo-hookean" => Self::NeoHookean(NeoHookean::from_young_poisson(young, poisson)?),
+            "corotated" => Self::Corotated(Corotated::from_young_poisson(young, poisson)?),
+            "fixed-corotated" => Self::FixedCorotated(FixedCorotated::from_young_poisson(young, poisson)?),
+            "stable-neo-hookean" => Self::StableNeoHookean(StableNeoHookean::from_young_poisson(young, poisson)?),
+            "invertible-st-venant-kirchhoff" => Self::InvertibleStVenantKirchhoff(Invertible::new(
+                StVenantKirchhoff::from_young_poisson(young, poisson)?,
+            )),
+            "invertible-neo-hookean" => {
+                Self::InvertibleNeoHookean(Invertible::new(NeoHookean::from_young_poisson(young, poisson)?))
+            }
+            _ => {
+                let known = Self::MODELS.join(", ");
+                return Err(MaterialError::UnknownModel { model: model.to_owned(), known });
+            }
+        })
+    }
+
+    /// The name of the law, one of [`MODELS`](Self::MODELS).
+    pub fn model(&self) -> &'static str {
+        match self {
+            Self::Linear(_) => "linear",
+            Self::StVenantKirchhoff(_) => "st-venant-kirchhoff",
+            Self::NeoHookean(_) => "neo-hookean",
+            Self::Corotated(_) => "corotated",
+            Self::FixedCorotated(_) => "fixed-corotated",
+            Self::StableNeoHookean(_) => "stable-neo-hookean",
+            Self::InvertibleStVenantKirchhoff(_) => "invertible-st-venant-kirchhoff",
+            Self::InvertibleNeoHookean(_) => "invertible-neo-hookean",
+        }
+    }
+
+    /// Lamé's constants: what the law is at small strain.
+    pub fn lame(&self) -> Lame {
+        match self {
+            Self::InvertibleStVenantKirchhoff(law) => law.solid().lame(),
+            Self::InvertibleNeoHookean(law) => law.solid().lame(),
+            Self::Linear(law) => law.lame(),
+            Self::StVenantKirchhoff(law) => law.lame(),
+            Self::NeoHookean(law) => law.lame(),
+            Self::Corotated(law) => law.lame(),
+            Self::FixedCorotated(law) => law.lame(),
+            Self::StableNeoHookean(law) => law.lame(),
+        }
+    }
+
+    /// The same solid with this tangent of the rotation, which only [`Corotated`] asks for.
+    #[must_use]
+    pub fn with_rotation(self, rotation: RotationTangent) -> Self {
+        match self {
+            Self::Corotated(law) => Self::Corotated(law.with_rotation(rotation)),
+            other => other,
+        }
+    }
+}
+
+impl<const D: usize> Hyperelastic<D> for Solid {
+    fn requires_positive_j(&self) -> bool {
+        with_law!(self, law => Hyperelastic::<D>::requires_positive_j(law))
+    }
+
+    #[inline(always)]
+    fn energy_density(&self, f: &SMatrix<f64, D, D>) -> f64 {
+        with_law!(self, law => law.energy_density(f))
+    }
+
+    #[inline(always)]
+    fn first_piola_kirchhoff(&self, f: &SMatrix<f64, D, D>) -> SMatrix<f64, D, D> {
+        with_law!(self, law => law.first_piola_kirchhoff(f))
+    }
+
+    fn stress_differential(&self, f: &SMatrix<f64, D, D>, df: &SMatrix<f64, D, D>) -> SMatrix<f64, D, D> {
+        with_law!(self, law => law.stress_differential(f, df))
+    }
+
+    fn tangent(&self, f: &SMatrix<f64, D, D>) -> Tangent<D> {
+        with_law!(self, law => law.tangent(f))
+    }
+
+    fn projected_tangent(&self, f: &SMatrix<f64, D, D>) -> Tangent<D> {
+        with_law!(self, law => law.projected_tangent(f))
+    }
+
+    fn element_stiffness<const N: usize>(
+        &self,
+        f: &SMatrix<f64, D, D>,
+        gradients: &[[f64; D]; N],
+        weight: f64,
+        upper: &mut [[[f64; D]; D]],
+    ) {
+        with_law!(self, law => law.element_stiffness(f, gradients, weight, upper));
+    }
+
+    #[inline(always)]
+    fn energy_lanes(&self, f: &[[Lane; D]; D]) -> Lane {
+        with_law!(self, law => law.energy_lanes(f))
+    }
+
+    #[inline(always)]
+    fn stress_lanes(&self, f: &[[Lane; D]; D]) -> [[Lane; D]; D] {
+        with_law!(self, law => law.stress_lanes(f))
+    }
+
+    #[inline(always)]
+    fn element_stiffness_lanes<const N: usize>(
+        &self,
+        f: &[[Lane; D]; D],
+        gradients: &[[Lane; D]; N],
+        weight: &Lane,
+        project: bool,
+        upper: &mut [[[Lane; D]; D]],
+    ) {
+        with_law!(self, law => law.element_stiffness_lanes(f, gradients, weight, project, upper));
+    }
+}
