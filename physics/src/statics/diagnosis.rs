@@ -3,6 +3,7 @@
 
 use crate::body::Body;
 use crate::material::Hyperelastic;
+use crate::small::determinant;
 use nalgebra::{SMatrix, SVector};
 use std::fmt;
 use stylet_mesh::{CellId, SimplexMesh, VertexId};
@@ -305,7 +306,7 @@ pub fn examine_load<const D: usize, const N: usize>(
     let mut bounds = [[f64::INFINITY; D], [f64::NEG_INFINITY; D]];
     let (mut volume, mut sum) = (0.0, [0.0; D]);
     for cell in mesh.cells() {
-        volume += mesh.volume_of(cell).abs() * thickness;
+        volume += mesh.volume(cell).abs() * thickness;
         for corner in mesh.corners(cell) {
             (0..D).for_each(|k| bounds[0][k] = bounds[0][k].min(corner[k]));
             (0..D).for_each(|k| bounds[1][k] = bounds[1][k].max(corner[k]));
@@ -331,7 +332,7 @@ pub fn inverted_cells<const D: usize, const N: usize, M: Hyperelastic<D>>(
     mesh: &SimplexMesh<D, N>,
     u: &[f64],
 ) -> Option<Finding> {
-    let det = |cell| Some((cell, body.deformation_gradient(cell, u)?.determinant()));
+    let det = |cell| Some((cell, determinant(&body.deformation_gradient(cell, u)?)));
     let mut worst: Vec<(CellId, f64)> = mesh.cells().filter_map(det).filter(|(_, j)| *j <= 0.0 || j.is_nan()).collect();
     let count = worst.len();
     worst.sort_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));

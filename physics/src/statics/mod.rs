@@ -19,6 +19,7 @@ use crate::material::Hyperelastic;
 use linear::solve_linear;
 use preconditioner::AnyPreconditioner;
 use stylet_mesh::CellId;
+use stylet_solver::energy::Energy;
 use stylet_solver::linear::CgWorkspace;
 use stylet_solver::nonlinear::{LbfgsWorkspace, NewtonWorkspace, NonlinearCgWorkspace};
 use stylet_solver::sparse::Frozen;

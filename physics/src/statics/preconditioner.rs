@@ -6,9 +6,10 @@ use std::sync::Arc;
 #[cfg(feature = "direct")]
 use stylet_solver::linear::direct::{Factor, FillOrder, Method, Symbolic};
 use stylet_solver::nonlinear::HessianPreconditioner;
+use stylet_solver::precondition::aggregation::{Modes, SmoothedAggregation, SmoothedAggregationSettings};
 use stylet_solver::precondition::{
-    BlockJacobi, Chebyshev, ChebyshevSettings, Identity, IncompleteCholesky, Jacobi, Modes, Preconditioner,
-    PreconditionerError, SmoothedAggregation, SmoothedAggregationSettings, Ssor, SsorSettings,
+    BlockJacobi, Chebyshev, ChebyshevSettings, Identity, IncompleteCholesky, Jacobi, Preconditioner,
+    PreconditionerError, Ssor, SsorSettings,
 };
 use stylet_solver::sparse::BlockCsr;
 use stylet_solver::subspace::Subspace;
