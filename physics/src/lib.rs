@@ -28,6 +28,7 @@
 //!   serial build gives the same bits.
 
 pub mod body;
+pub mod dynamics;
 pub mod friction;
 pub mod lanes;
 pub mod material;

@@ -1,0 +1,264 @@
+//! One attempt at a step, or at a part of one.
+
+use super::error::Setback;
+use super::following::Weights;
+use super::incremental::Incremental;
+use super::preconditioner::Followed;
+use super::scheme::Coefficients;
+use super::{Integrator, Solution, State, StepReport};
+use crate::body::{Body, BodyError};
+use crate::material::Hyperelastic;
+use stylet_solver::LinearOperator;
+use stylet_solver::energy::Energy;
+use stylet_solver::linear::{CgSettings, projected_cg};
+use stylet_solver::nonlinear::{NewtonSettings, newton_cg_with};
+use stylet_solver::stop::{Stop, StopRule};
+use stylet_solver::subspace::Subspace;
+use stylet_solver::vector::{axpy, norm2};
+
+/// What a successful attempt tells; where it ends is in the integrator.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Outcome {
+    /// Estimate of the displacement error, m.
+    pub error: f64,
+}
+
+pub(super) struct Attempt<'a, const D: usize, const N: usize, M> {
+    pub body: &'a mut Body<D, N, M>,
+    pub subspace: &'a Subspace<D>,
+    pub start: &'a State,
+    pub h: f64,
+}
+
+/// Forces below this share of those at the start are rounding errors.
+const ROUND_OFF: f64 = 1e-14;
+
+impl<const D: usize, const N: usize, M: Hyperelastic<D>> Attempt<'_, D, N, M> {
+    /// Leaves the end of the step in `u`, `v`, `a` of the integrator.
+    pub fn make(mut self, it: &mut Integrator<D>, report: &mut StepReport<D>) -> Result<Outcome, Setback> {
+        let c = it.settings.scheme.coefficients(self.h);
+        self.predict(it, &c);
+        if M::IS_LINEAR || it.settings.solution == Solution::Linearised {
+            self.linearised(it, &c, report)?;
+        } else {
+            self.newton(it, &c, report)?;
+        }
+        self.finish(it, &c)?;
+        let largest = it.a.iter().zip(&self.start.a).map(|(a1, a0)| (a1 - a0).abs()).fold(0.0, f64::max);
+        report.error = it.settings.scheme.error_factor() * self.h * self.h * largest;
+        Ok(Outcome { error: report.error })
+    }
+
+    /// `u^` and `v^`, and in `a` the last acceleration where nodes are free, what brings constrained ones to where they
+    /// are to be.
+    fn predict(&self, it: &mut Integrator<D>, c: &Coefficients) {
+        let start = self.start;
+        for i in 0..start.u.len() {
+            it.u_hat[i] = start.u[i] + c.h * start.v[i] + c.u_a0 * start.a[i];
+            it.v_hat[i] = start.v[i] + c.v_a0 * start.a[i];
+        }
+        it.a.copy_from_slice(&start.a);
+        let u_hat = it.u_hat.as_chunks::<D>().0;
+        let (a, target) = (it.a.as_chunks_mut::<D>().0, it.drive.displacement.as_chunks::<D>().0);
+        for (node, constraint) in self.subspace.constrained() {
+            let wanted: [f64; D] = std::array::from_fn(|k| (target[node][k] - u_hat[node][k]) / c.cx);
+            let (free, held) = (constraint.project(a[node]), constraint.project(wanted));
+            a[node] = std::array::from_fn(|k| free[k] + wanted[k] - held[k]);
+        }
+    }
+
+    fn linearised(
+        &mut self,
+        it: &mut Integrator<D>,
+        c: &Coefficients,
+        report: &mut StepReport<D>,
+    ) -> Result<(), Setback> {
+        let (damping, start) = (it.settings.damping, self.start);
+        let body = &mut *self.body;
+        let [direction, product, _] = &mut it.scratch;
+        if !M::IS_LINEAR {
+            body.linearize(&start.u);
+            report.elements_updated += body.elements_updated() as u64;
+        }
+        body.internal_force(&start.u, product);
+        let floor = ROUND_OFF * (norm2(product) + norm2(&it.drive.load));
+        for (rhs, (load, force)) in it.rhs.iter_mut().zip(it.drive.load.iter().zip(&*product)) {
+            *rhs = load - force;
+        }
+        for i in 0..start.u.len() {
+            direction[i] = it.u_hat[i] - start.u[i] + damping.stiffness * it.v_hat[i];
+        }
+        body.stiffness().apply_on(&it.team, direction, product);
+        axpy(-1.0, product, &mut it.rhs);
+        if damping.mass > 0.0 {
+            body.apply_mass(&it.v_hat, product);
+            axpy(-damping.mass, product, &mut it.rhs);
+        }
+        let stiffness = c.cx + c.cv * damping.stiffness;
+        let weights = Weights { stiffness, mass: 1.0 + c.cv * damping.mass, lagged: 0.0 };
+        it.matrix.follow(body, weights, None).map_err(|error| Setback::Final(BodyError::from(error).into()))?;
+        it.frozen.refresh(&it.matrix.matrix);
+        it.preconditioner.follow(&it.team, &it.matrix.matrix, self.subspace)?;
+        let stop = StopRule { round_floor: it.settings.stop.round_floor + floor, ..it.settings.stop };
+        let settings = CgSettings { stop, max_iterations: it.settings.max_inner_iterations };
+        let solved =
+            projected_cg(&it.frozen, &*it.preconditioner, self.subspace, &it.rhs, &mut it.a, &settings, &mut it.cg)?;
+        report.iterations += solved.iterations;
+        report.newton_iterations += 1;
+        (report.residual, report.threshold) = (solved.residual_norm, solved.threshold);
+        match solved.stop {
+            Stop::IterationLimit => Err(Setback::Curable(format!(
+                "conjugate gradients: residual {:e} N after {} iterations, threshold {:e} N",
+                solved.residual_norm, solved.iterations, solved.threshold
+            ))),
+            _ => {
+                for i in 0..start.u.len() {
+                    it.u[i] = it.u_hat[i] + c.cx * it.a[i];
+                }
+                Ok(())
+            }
+        }
+    }
+
+    fn newton(&mut self, it: &mut Integrator<D>, c: &Coefficients, report: &mut StepReport<D>) -> Result<(), Setback> {
+        let Solution::Newton { max_iterations } = it.settings.solution else { unreachable!("asked for by the caller") };
+        let damping = it.settings.damping;
+        self.body.set_projection(true);
+        if damping.stiffness > 0.0 {
+            self.body.linearize(&self.start.u);
+            report.elements_updated += self.body.elements_updated() as u64;
+            it.lag(self.body)?;
+        }
+        self.guess(it, c);
+        let external = self.scale(it, c);
+        let mut settings = NewtonSettings::new(StopRule {
+            round_floor: it.settings.stop.round_floor + ROUND_OFF * external,
+            ..it.settings.stop
+        });
+        settings.max_iterations = max_iterations;
+        settings.max_inner_iterations = it.settings.max_inner_iterations;
+        it.newton.invalidate();
+        let [x, y, z] = &mut it.scratch;
+        let mut energy = Incremental {
+            body: self.body,
+            coefficients: *c,
+            damping,
+            load: &it.drive.load,
+            u_hat: &it.u_hat,
+            v_hat: &it.v_hat,
+            lagged: (damping.stiffness > 0.0).then_some((&it.lagged, it.lagged_number)),
+            hessian: &mut it.matrix,
+            scratch: [x, y, z],
+            elements_updated: 0,
+        };
+        let mut m = Followed { team: &it.team, inner: &mut *it.preconditioner };
+        let solved =
+            newton_cg_with(&mut energy, &mut m, self.subspace, external, &mut it.u, &settings, &mut it.newton)?;
+        report.elements_updated += energy.elements_updated;
+        report.iterations += solved.inner_iterations;
+        report.newton_iterations += solved.iterations;
+        (report.residual, report.threshold) = (solved.residual_norm, solved.threshold);
+        let accepted = match solved.stop {
+            Stop::Converged => true,
+            Stop::Stalled => solved.residual_norm <= STALLED * external,
+            _ => false,
+        };
+        if !accepted {
+            return Err(Setback::Curable(format!(
+                "Newton's method: {:?} after {} steps, residual {:e} N, threshold {:e} N",
+                solved.stop, solved.iterations, solved.residual_norm, solved.threshold
+            )));
+        }
+        for i in 0..it.u.len() {
+            it.a[i] = (it.u[i] - it.u_hat[i]) / c.cx;
+        }
+        Ok(())
+    }
+
+    /// Where Newton's method starts: free nodes go on as they did, unless that inverts an element that must not be.
+    fn guess(&mut self, it: &mut Integrator<D>, c: &Coefficients) {
+        for i in 0..it.u.len() {
+            it.u[i] = it.u_hat[i] + c.cx * it.a[i];
+        }
+        if self.is_reachable(it) {
+            return;
+        }
+        // From the start of the step, constrained nodes where they are to be.
+        it.scratch[0].copy_from_slice(&it.u);
+        it.u.copy_from_slice(&self.start.u);
+        let (u, moved) = (it.u.as_chunks_mut::<D>().0, it.scratch[0].as_chunks::<D>().0);
+        for (node, constraint) in self.subspace.constrained() {
+            let (stay, go) = (constraint.project(u[node]), constraint.project(moved[node]));
+            u[node] = std::array::from_fn(|k| stay[k] + moved[node][k] - go[k]);
+        }
+    }
+
+    /// Whether no element that must not be inverted is inverted on the way to `u`.
+    fn is_reachable(&mut self, it: &mut Integrator<D>) -> bool {
+        if !self.body.requires_positive_j() {
+            return true;
+        }
+        let direction = &mut it.scratch[1];
+        for i in 0..it.u.len() {
+            direction[i] = it.u[i] - self.start.u[i];
+        }
+        self.body.max_step(&self.start.u, direction, 1.0) >= 1.0
+    }
+
+    /// Size of the forces of this step, N: load, elastic forces and inertia at its start.
+    fn scale(&mut self, it: &mut Integrator<D>, c: &Coefficients) -> f64 {
+        let [force, product, way] = &mut it.scratch;
+        self.body.internal_force(&self.start.u, force);
+        for i in 0..it.u.len() {
+            way[i] = (self.start.u[i] - it.u_hat[i]) / c.cx;
+        }
+        self.body.apply_mass(way, product);
+        let elastic = norm2(force);
+        // An element that is flat has no finite force in some laws.
+        norm2(&it.drive.load) + norm2(product) + if elastic.is_finite() { elastic } else { 0.0 }
+    }
+
+    /// Velocities and accelerations at the end; refuses an end that inverts an element.
+    fn finish(&mut self, it: &mut Integrator<D>, c: &Coefficients) -> Result<(), Setback> {
+        if M::IS_LINEAR || it.settings.solution == Solution::Linearised {
+            if !self.is_reachable(it) {
+                let (cell, jacobian) = self.body.smallest_jacobian(&it.u).unwrap_or((stylet_mesh::CellId(0), f64::NAN));
+                return Err(Setback::Curable(format!("the step inverts cell {}: det F = {jacobian:e}", cell.0)));
+            }
+        }
+        for i in 0..it.v.len() {
+            it.v[i] = it.v_hat[i] + c.cv * it.a[i];
+        }
+        let (v, a) = (it.v.as_chunks_mut::<D>().0, it.a.as_chunks_mut::<D>().0);
+        let (wanted, before) = (it.drive.velocity.as_chunks::<D>().0, self.start.v.as_chunks::<D>().0);
+        for (node, constraint) in self.subspace.constrained() {
+            let change: [f64; D] = std::array::from_fn(|k| (wanted[node][k] - before[node][k]) / c.h);
+            let (v_free, v_held) = (constraint.project(v[node]), constraint.project(wanted[node]));
+            let (a_free, a_held) = (constraint.project(a[node]), constraint.project(change));
+            v[node] = std::array::from_fn(|k| v_free[k] + wanted[node][k] - v_held[k]);
+            a[node] = std::array::from_fn(|k| a_free[k] + change[k] - a_held[k]);
+        }
+        Ok(())
+    }
+}
+
+/// Residual relative to the forces of a step at which a Newton iteration that stalls is accepted.
+const STALLED: f64 = 1e-9;
+
+impl<const D: usize> Integrator<D> {
+    /// Keeps the stiffness of the body for the damping of a step.
+    fn lag<const N: usize, M: Hyperelastic<D>>(&mut self, body: &Body<D, N, M>) -> Result<(), Setback> {
+        let failed = |error| Setback::Final(BodyError::from(error).into());
+        self.lagged.resize(body.n_vertices()).map_err(failed)?;
+        for row in 0..body.n_vertices() {
+            let (columns, blocks) = body.stiffness().row(row);
+            if self.lagged.row(row).0 == columns {
+                self.lagged.row_mut(row).1.copy_from_slice(blocks);
+            } else {
+                self.lagged.set_row(row, columns, blocks).map_err(failed)?;
+            }
+        }
+        self.lagged_number += 1;
+        Ok(())
+    }
+}

@@ -1,0 +1,112 @@
+//! A time step as a minimisation.
+
+use super::following::{Following, Weights};
+use super::scheme::Coefficients;
+use super::settings::Damping;
+use crate::body::Body;
+use crate::material::Hyperelastic;
+use stylet_solver::LinearOperator;
+use stylet_solver::energy::{BlockHessian, Energy};
+use stylet_solver::sparse::BlockCsr;
+use stylet_solver::vector;
+
+/// `|u - u^|_M^2 / 2 cx + W(u) - f.u + (cx / 2 cv) v.D v` with `v = v^ + (cv / cx)(u - u^)`: its gradient is what the
+/// equation of motion leaves, its Hessian that matrix over `cx`.
+///
+/// Source: Radovitzky & Ortiz (1999), Comput. Methods Appl. Mech. Eng. 172, for Newmark's method.
+pub(super) struct Incremental<'a, const D: usize, const N: usize, M> {
+    pub body: &'a mut Body<D, N, M>,
+    pub coefficients: Coefficients,
+    pub damping: Damping,
+    pub load: &'a [f64],
+    /// `u^` and `v^`.
+    pub u_hat: &'a [f64],
+    pub v_hat: &'a [f64],
+    /// The stiffness of the damping and its number; there if that is not zero.
+    pub lagged: Option<(&'a BlockCsr<D>, u64)>,
+    pub hessian: &'a mut Following<D>,
+    pub scratch: [&'a mut Vec<f64>; 3],
+    pub elements_updated: u64,
+}
+
+impl<const D: usize, const N: usize, M: Hyperelastic<D>> Incremental<'_, D, N, M> {
+    /// Fills the scratch vectors: `u - u^`, `v`, and room for a product.
+    fn difference(&mut self, u: &[f64]) {
+        let rate = self.coefficients.cv / self.coefficients.cx;
+        let [d, v, _] = &mut self.scratch;
+        for (((d, v), (u, u_hat)), v_hat) in
+            d.iter_mut().zip(v.iter_mut()).zip(u.iter().zip(self.u_hat)).zip(self.v_hat)
+        {
+            *d = u - u_hat;
+            *v = v_hat + rate * *d;
+        }
+    }
+}
+
+impl<const D: usize, const N: usize, M: Hyperelastic<D>> Energy for Incremental<'_, D, N, M> {
+    fn dim(&self) -> usize {
+        self.body.dim()
+    }
+
+    fn value(&mut self, u: &[f64]) -> f64 {
+        self.difference(u);
+        let Coefficients { cx, cv, .. } = self.coefficients;
+        let strain = self.body.value(u);
+        let [d, v, product] = &mut self.scratch;
+        self.body.apply_mass(d, product);
+        let mut value = 0.5 / cx * vector::dot(d, product) + strain - vector::dot(self.load, u);
+        let half_ratio = 0.5 * cx / cv;
+        if self.damping.mass > 0.0 {
+            self.body.apply_mass(v, product);
+            value += half_ratio * self.damping.mass * vector::dot(v, product);
+        }
+        if let Some((lagged, _)) = self.lagged {
+            lagged.apply(v, product);
+            value += half_ratio * self.damping.stiffness * vector::dot(v, product);
+        }
+        if value.is_nan() { f64::INFINITY } else { value }
+    }
+
+    fn gradient(&mut self, u: &[f64], g: &mut [f64]) {
+        self.difference(u);
+        self.body.gradient(u, g);
+        vector::axpy(-1.0, self.load, g);
+        let [d, v, product] = &mut self.scratch;
+        self.body.apply_mass(d, product);
+        vector::axpy(1.0 / self.coefficients.cx, product, g);
+        if self.damping.mass > 0.0 {
+            self.body.apply_mass(v, product);
+            vector::axpy(self.damping.mass, product, g);
+        }
+        if let Some((lagged, _)) = self.lagged {
+            lagged.apply(v, product);
+            vector::axpy(self.damping.stiffness, product, g);
+        }
+    }
+
+    fn linearize(&mut self, u: &[f64]) {
+        self.body.linearize(u);
+        self.elements_updated += self.body.elements_updated() as u64;
+        let Coefficients { cx, cv, .. } = self.coefficients;
+        let mass = 1.0 / cx + self.damping.mass * cv / cx;
+        let weights = Weights { stiffness: 1.0, mass, lagged: self.damping.stiffness * cv / cx };
+        // A pattern beyond 32-bit indices has failed when the body was built.
+        if self.hessian.follow(self.body, weights, self.lagged).is_err() {
+            self.hessian.reset();
+        }
+    }
+
+    fn hessian_apply(&self, p: &[f64], hp: &mut [f64]) {
+        self.hessian.matrix.apply(p, hp);
+    }
+
+    fn max_step(&mut self, u: &[f64], p: &[f64], limit: f64) -> f64 {
+        self.body.max_step(u, p, limit)
+    }
+}
+
+impl<const D: usize, const N: usize, M: Hyperelastic<D>> BlockHessian<D> for Incremental<'_, D, N, M> {
+    fn matrix(&self) -> &BlockCsr<D> {
+        &self.hessian.matrix
+    }
+}
