@@ -293,6 +293,8 @@ impl<M: Hyperelastic<2> + 'static> stylet_tissue::Simulation for Run<M> {
                 first_unconverged_cycle: totals.first_unconverged,
             },
             needle: Some(self.needle_summary()),
+            body: None,
+            bytes: None,
             probes: probes.iter().map(|at| Probe { at: at.clone(), displacement: displacement_at(slab, at) }).collect(),
             quality: QualitySummary {
                 min_angle_deg: quality.min_angle_deg,
