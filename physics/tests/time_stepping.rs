@@ -143,35 +143,38 @@ fn free_fall() {
     }
 }
 
-/// Momentum of a free body that swings and turns stays what it was, to the tolerance of the solves.
+/// A free body that swings and turns for 0.1 s: how much of its linear and of its angular momentum is lost.
+fn momentum_lost(kind: MassKind, solution: Solution, dt: f64) -> [f64; 2] {
+    let (mesh, mut body) = block(neo(), kind);
+    let free = Subspace::new(body.n_vertices());
+    let mut it = Integrator::new(DynamicsSettings { solution, balance: true, ..tight(dt) }, &Team::serial());
+    let spin = |x: &[f64; 3]| [0.3 - 4.0 * x[1], 4.0 * x[0] + 2.0 * x[2], 0.1 - 2.0 * x[1]];
+    let v: Vec<f64> = mesh.points().iter().flat_map(spin).collect();
+    let u = random_vector(v.len(), 1e-3, 8);
+    let mut state = it.start_moving(&mut body, &free, &mut nothing, u, v).unwrap();
+    let moments = |body: &Body<3, 4, NeoHookean>, state: &State| {
+        [body.momentum(&state.v), body.angular_momentum(mesh.points(), &state.u, &state.v)]
+    };
+    let before = moments(&body, &state);
+    while state.t < 0.1 - 1e-9 {
+        let report = it.step(&mut body, &free, &mut nothing, &mut state).unwrap();
+        let balance = report.balance.unwrap();
+        assert!(balance.strain > 1e-6 && balance.kinetic > 1e-3 && balance.momentum == body.momentum(&state.v));
+    }
+    let now = moments(&body, &state);
+    let norm = |v: [f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+    std::array::from_fn(|k| norm(std::array::from_fn(|i| now[k][i] - before[k][i])) / norm(before[k]))
+}
+
+/// Momentum stays what it was to the tolerance of the solves. Angular momentum is not kept by the trapezoid rule: what is
+/// lost is of second order in the step.
 #[test]
 fn a_free_body_keeps_its_momentum() {
     for (kind, solution) in [(MassKind::Lumped, Solution::Linearised), (MassKind::Consistent, NEWTON)] {
-        let (mesh, mut body) = block(neo(), kind);
-        let free = Subspace::new(body.n_vertices());
-        let settings = DynamicsSettings { solution, balance: true, ..tight(2e-3) };
-        let mut it = Integrator::new(settings, &Team::serial());
-        let spin = |x: &[f64; 3]| [0.3 - 4.0 * x[1], 4.0 * x[0] + 2.0 * x[2], 0.1 - 2.0 * x[1]];
-        let v: Vec<f64> = mesh.points().iter().flat_map(spin).collect();
-        let u = random_vector(v.len(), 2e-3, 8);
-        let mut state = it.start_moving(&mut body, &free, &mut nothing, u, v).unwrap();
-        let before = body.momentum(&state.v);
-        let angular = body.angular_momentum(mesh.points(), &state.u, &state.v);
-        let mut report = None;
-        for _ in 0..50 {
-            report = Some(it.step(&mut body, &free, &mut nothing, &mut state).unwrap());
-        }
-        let balance = report.unwrap().balance.unwrap();
-        assert!(balance.strain > 1e-6 && balance.kinetic > 1e-3);
-        let size = before.iter().map(|p| p.abs()).fold(0.0, f64::max);
-        for (now, before) in balance.momentum.iter().zip(before) {
-            assert!((now - before).abs() < 1e-9 * size, "{kind:?}: momentum {before} became {now}");
-        }
-        // The trapezoid rule keeps angular momentum up to its own error of second order.
-        let now = body.angular_momentum(mesh.points(), &state.u, &state.v);
-        let size = angular.iter().map(|l| l * l).sum::<f64>().sqrt();
-        let change = now.iter().zip(angular).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt();
-        assert!(change < 0.02 * size, "{kind:?}: angular momentum {angular:?} became {now:?}");
+        let [coarse, fine] = [2e-3, 1e-3].map(|dt| momentum_lost(kind, solution, dt));
+        println!("{kind:?}: {coarse:?}, {fine:?}");
+        assert!(coarse[0] < 1e-9 && fine[0] < 1e-9, "{kind:?}: momentum {coarse:?}, {fine:?}");
+        assert!(fine[1] < 0.02 && coarse[1] / fine[1] > 3.0, "{kind:?}: angular momentum {coarse:?}, {fine:?}");
     }
 }
 
@@ -194,9 +197,9 @@ fn a_linear_body_keeps_its_energy() {
     }
 }
 
-/// The end of a cantilever let go under gravity, after 80 ms in steps of `dt`.
+/// The end of a cantilever let go under gravity, after 60 ms in steps of `dt`.
 fn cantilever<M: Hyperelastic<3>>(material: M, solution: Solution, damping: Damping, dt: f64) -> Vec<f64> {
-    let mesh = kuhn_box::<3, 4>([0.0; 3], [0.1, 0.04, 0.04], [5, 2, 2]).unwrap();
+    let mesh = kuhn_box::<3, 4>([0.0; 3], [0.1, 0.04, 0.04], [4, 1, 1]).unwrap();
     let mut body = Body::new(&mesh, material, 1.0).unwrap();
     body.set_mass(MassKind::Consistent, &Density::Uniform(1000.0)).unwrap();
     let held = clamped(&mesh, |x| x[0] < 1e-9);
@@ -204,24 +207,30 @@ fn cantilever<M: Hyperelastic<3>>(material: M, solution: Solution, damping: Damp
     body.add_gravity(&[0.0, 0.0, -9.81], &mut weight);
     let mut drive = |t: f64, drive: &mut Drive| {
         // Smooth, so that the order shows.
-        let share = (t / 0.04).min(2.0) / 2.0;
+        let share = (t / 0.05).min(1.0);
         let share = share * share * (3.0 - 2.0 * share);
-        drive.load.iter_mut().zip(&weight).for_each(|(load, weight)| *load = 3.0 * share * weight);
+        drive.load.iter_mut().zip(&weight).for_each(|(load, weight)| *load = 4.0 * share * weight);
     };
-    let mut it = Integrator::new(DynamicsSettings { solution, damping, ..tight(dt) }, &Team::serial());
+    let mut settings = DynamicsSettings { solution, damping, ..tight(dt) };
+    settings.stop.tolerance = 1e-10;
+    settings.max_halvings = 0;
+    let mut it = Integrator::new(settings, &Team::serial());
     let mut state = it.start(&mut body, &held, &mut drive).unwrap();
-    while state.t < 0.08 - 1e-9 {
+    while state.t < 0.06 - 1e-9 {
         let report = it.step(&mut body, &held, &mut drive, &mut state).unwrap();
         assert_eq!(report.substeps, 1);
     }
     state.u
 }
 
+/// The end state of a run in steps of a length.
+type Run<'a> = &'a dyn Fn(f64) -> Vec<f64>;
+
 /// F4: the error against a run of dt/16 falls fourfold with dt, for one linearised step as for Newton's method.
 #[test]
 fn second_order_in_time() {
     let stvk = StVenantKirchhoff::from_young_poisson(YOUNG, 0.3).unwrap();
-    let runs: [(&str, &dyn Fn(f64) -> Vec<f64>); 4] = [
+    let runs: [(&str, Run); 4] = [
         ("NH, linearised", &|dt| cantilever(neo(), Solution::Linearised, Damping::default(), dt)),
         ("NH, Newton", &|dt| cantilever(neo(), NEWTON, Damping::default(), dt)),
         ("StVK, linearised", &|dt| cantilever(stvk, Solution::Linearised, Damping::default(), dt)),
@@ -318,20 +327,26 @@ fn adaptive_steps() {
     assert_eq!(*lengths.last().unwrap(), 0.02, "at rest steps are long");
 }
 
-/// A step that is too long for the material is made in parts.
+/// A step that is too long for the material is made in parts: the linear answer to sixty times its weight turns the block
+/// inside out.
 #[test]
 fn steps_are_halved_where_they_invert_elements() {
     let (mesh, mut body) = block(neo(), MassKind::Lumped);
     let held = clamped(&mesh, |x| x[2] < 1e-9);
-    let mut it = Integrator::new(tight(0.05), &Team::serial());
-    // Thrown at the floor.
-    let v: Vec<f64> = mesh.points().iter().flat_map(|x| [0.0, 0.0, -40.0 * x[2]]).collect();
-    let rest = vec![0.0; v.len()];
-    let mut state = it.start_moving(&mut body, &held, &mut nothing, rest, v).unwrap();
-    let report = it.step(&mut body, &held, &mut nothing, &mut state).unwrap();
-    assert!(report.substeps > 1 && report.halvings > 0, "{report:?}");
-    assert!((state.t - 0.05).abs() < 1e-15);
-    assert!(body.smallest_jacobian(&state.u).unwrap().1 > 0.0);
+    let damping = Damping { mass: 0.0, stiffness: 0.02 };
+    let mut it = Integrator::new(DynamicsSettings { damping, ..tight(0.05) }, &Team::serial());
+    let mut weight = vec![0.0; body.dim()];
+    body.add_gravity(&[0.0, 0.0, -60.0 * 9.81], &mut weight);
+    let mut drive = |_: f64, drive: &mut Drive| drive.load.copy_from_slice(&weight);
+    let mut state = it.start(&mut body, &held, &mut drive).unwrap();
+    let mut parts = 0;
+    for _ in 0..4 {
+        let report = it.step(&mut body, &held, &mut drive, &mut state).unwrap();
+        parts += report.substeps;
+        assert!(body.smallest_jacobian(&state.u).unwrap().1 > 0.0);
+    }
+    assert!(parts > 4, "{parts} parts");
+    assert!((state.t - 0.2).abs() < 1e-15);
 }
 
 /// A run that is saved and resumed has the bits of one that goes on, lazy or not; so has one on other threads.
@@ -396,7 +411,7 @@ fn bad_input_is_an_error() {
     use stylet_physics::dynamics::DynamicsError;
     let (mesh, mut body) = block(neo(), MassKind::Lumped);
     let held = clamped(&mesh, |x| x[2] < 1e-9);
-    let mut start = |settings: DynamicsSettings, body: &mut Body<3, 4, NeoHookean>, held: &Subspace<3>| {
+    let start = |settings: DynamicsSettings, body: &mut Body<3, 4, NeoHookean>, held: &Subspace<3>| {
         Integrator::new(settings, &Team::serial()).start(body, held, &mut nothing)
     };
     let good = DynamicsSettings::new(1e-3);

@@ -96,7 +96,14 @@ pub enum RunError {
 impl RunError {
     /// Whether the input is at fault (exit code 2), and not the computation (exit code 3).
     pub fn is_bad_input(&self) -> bool {
-        !matches!(self, Self::Mesh { .. } | Self::Step { .. } | Self::Inverting { .. } | Self::OutsideDomain { .. } | Self::Solve { .. })
+        !matches!(
+            self,
+            Self::Mesh { .. }
+                | Self::Step { .. }
+                | Self::Inverting { .. }
+                | Self::OutsideDomain { .. }
+                | Self::Solve { .. }
+        )
     }
 }
 

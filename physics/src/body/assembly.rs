@@ -5,7 +5,7 @@ use super::kernel::deformation_gradients;
 use super::lazy::{LazyRule, Moduli};
 use super::partition::{Part, Parts};
 use super::star::Stars;
-use super::stored::{Stored, pack, unpack};
+use super::stored::{self, Stored, pack};
 use super::{Body, BodyError, Linearization};
 use crate::lanes::{LANES, Lane, lane_matrix};
 use crate::material::Hyperelastic;
@@ -40,18 +40,22 @@ pub(super) const fn upper_index(n: usize, a: usize, b: usize) -> usize {
 #[inline(always)]
 fn add_block<const D: usize, const N: usize>(upper: &[Block<D>], a: usize, b: usize, into: &mut Block<D>) {
     if a <= b {
-        let k = &upper[upper_index(N, a, b)];
-        for i in 0..D {
-            for j in 0..D {
-                into[i][j] += k[i][j];
-            }
-        }
+        add(&upper[upper_index(N, a, b)], into);
     } else {
         let k = &upper[upper_index(N, b, a)];
         for i in 0..D {
             for j in 0..D {
                 into[i][j] += k[j][i];
             }
+        }
+    }
+}
+
+#[inline(always)]
+fn add<const D: usize>(k: &Block<D>, into: &mut Block<D>) {
+    for i in 0..D {
+        for j in 0..D {
+            into[i][j] += k[i][j];
         }
     }
 }
@@ -77,15 +81,21 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
         upper
     }
 
-    /// What an element contributes to the matrix.
-    fn contribution(&self, slot: usize) -> [Block<D>; MAX_PAIRS] {
-        if M::IS_LINEAR {
-            return self.rest_stiffness(&self.elements.element(slot));
+    /// What an element contributes to the row of its local vertex `a`.
+    fn contribution(&self, slot: usize, a: usize) -> [Block<D>; N] {
+        if self.is_lazy() && !M::IS_LINEAR {
+            return stored::row(&self.stored[slot], a);
         }
-        if self.is_lazy() {
-            return unpack::<D, N>(&self.stored[slot]);
+        let element = self.elements.element(slot);
+        let upper = match M::IS_LINEAR {
+            true => self.rest_stiffness(&element),
+            false => self.stiffness_at(&element, &self.reference(slot), self.project),
+        };
+        let mut row = [[[0.0; D]; D]; N];
+        for b in 0..N {
+            add_block::<D, N>(&upper, a, b, &mut row[b]);
         }
-        self.stiffness_at(&self.elements.element(slot), &self.reference(slot), self.project)
+        row
     }
 
     /// Deformation gradient at which an element was evaluated last.
@@ -158,12 +168,12 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
         for index in 0..self.stars.corners(vertex).len() {
             let corner = self.stars.corners(vertex)[index];
             let (slot, a) = (corner.slot::<D, N>(), corner.local::<D, N>());
-            let (vertices, upper) = (self.elements.vertices(slot), self.contribution(slot));
+            let (vertices, row) = (self.elements.vertices(slot), self.contribution(slot, a));
             for b in 0..N {
                 // Present by construction: the columns were gathered from the same elements.
                 let at = columns.partition_point(|&column| column < vertices[b]);
                 self.places[slot][a][b] = at as u16;
-                add_block::<D, N>(&upper, a, b, &mut blocks[at]);
+                add(&row[b], &mut blocks[at]);
             }
         }
         let written = self.stiffness.set_row(vertex, columns, blocks);
@@ -299,7 +309,7 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
     ///
     /// A lazy body keeps the stiffness of its elements, 216 bytes for a tetrahedron.
     pub fn set_lazy_rule(&mut self, rule: LazyRule) {
-        let was_lazy = std::mem::replace(&mut self.lazy, rule).is_eager() == false;
+        let was_lazy = !std::mem::replace(&mut self.lazy, rule).is_eager();
         if !self.is_lazy() {
             self.stored = Vec::new();
         }
@@ -357,9 +367,9 @@ fn sum_row<const D: usize, const N: usize>(
     row.fill([[0.0; D]; D]);
     for corner in stars.corners(vertex) {
         let (slot, a) = (corner.slot::<D, N>(), corner.local::<D, N>());
-        let upper = unpack::<D, N>(&stored[slot]);
+        let blocks = stored::row::<D, N>(&stored[slot], a);
         for b in 0..N {
-            add_block::<D, N>(&upper, a, b, &mut row[places[slot][a][b] as usize]);
+            add(&blocks[b], &mut row[places[slot][a][b] as usize]);
         }
     }
 }

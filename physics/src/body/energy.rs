@@ -60,7 +60,7 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
         for lane in 0..filled {
             *partial += group.weight[lane] * density[lane];
             *count += 1;
-            if *count % CHUNK == 0 {
+            if count.is_multiple_of(CHUNK) {
                 *total += std::mem::take(partial);
             }
         }

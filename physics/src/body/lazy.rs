@@ -1,8 +1,9 @@
 //! When the stiffness of an element has changed enough to be evaluated anew.
 
 use super::element::Group;
-use crate::lanes::{LANES, Lane};
+use crate::lanes::{LANES, Lane, Pack, PackMatrix, pack};
 use crate::material::Hyperelastic;
+use crate::svd::signed_svd_pack;
 use nalgebra::SMatrix;
 use serde::{Deserialize, Serialize};
 
@@ -27,6 +28,13 @@ pub enum LazyRule {
     /// al. (2009), whose threshold it shares, it sees an element that turns as a whole, is blind to nothing that changes the
     /// stiffness and does not jump where two stretches coincide; and it takes no singular value decomposition.
     Stiffness(f64),
+    /// Those with `e = (max|dU| max|dV|)^2 max|N| max|B| lambda` above this threshold, N/m, where `F = U S V^T` is the signed
+    /// decomposition of Irving et al. (2004) and `dU`, `dV` the changes of its rotations since the last evaluation: the
+    /// published measure. The damping modulus that it weighs against `lambda` is never larger here (it is that of
+    /// `damping time lambda`, below a second). An element that turns as a whole (`dV = 0`) is never evaluated anew.
+    ///
+    /// Source: Chentanez et al. (2009), section 3.6.3, eq. (12). In one dimension nothing ever turns.
+    Rotation(f64),
 }
 
 /// Moduli at rest, Pa.
@@ -34,6 +42,8 @@ pub enum LazyRule {
 pub(super) struct Moduli {
     /// `dP_11/dF_11 = lambda + 2 mu`.
     pub axial: f64,
+    /// `dP_22/dF_11 = lambda`; in one dimension that of above.
+    pub lateral: f64,
 }
 
 impl Moduli {
@@ -41,7 +51,7 @@ impl Moduli {
         let mut df = SMatrix::zeros();
         df[(0, 0)] = 1.0;
         let dp: SMatrix<f64, D, D> = material.stress_differential(&SMatrix::identity(), &df);
-        Self { axial: dp[(0, 0)] }
+        Self { axial: dp[(0, 0)], lateral: dp[(D - 1, D - 1)] }
     }
 }
 
@@ -50,7 +60,9 @@ impl LazyRule {
     pub fn is_eager(self) -> bool {
         match self {
             Self::Always => true,
-            Self::Strain(threshold) | Self::Stiffness(threshold) => threshold.is_nan() || threshold <= 0.0,
+            Self::Strain(threshold) | Self::Stiffness(threshold) | Self::Rotation(threshold) => {
+                threshold.is_nan() || threshold <= 0.0
+            }
         }
     }
 
@@ -73,8 +85,8 @@ impl LazyRule {
                 }
             }
         }
-        // A NaN is a change; a free lane is none.
-        let beyond = |limit: Lane| std::array::from_fn(|k| group.weight[k] != 0.0 && !(difference[k] <= limit[k]));
+        // A free lane is no change.
+        let beyond = |limit: Lane| std::array::from_fn(|k| group.weight[k] != 0.0 && exceeds(difference[k], limit[k]));
         match self {
             Self::Always => beyond([f64::NEG_INFINITY; LANES]),
             Self::Strain(threshold) => beyond(norm.map(|n| threshold * threshold * n)),
@@ -82,8 +94,56 @@ impl LazyRule {
                 let size = sizes(group);
                 beyond(size.map(|size| (threshold / (moduli.axial * size)).powi(2)))
             }
+            Self::Rotation(threshold) => {
+                let scale = sizes(group).map(|size| moduli.lateral * size);
+                // Entries of rotations differ by 2 at most.
+                let moved = beyond([0.0; LANES]);
+                let possible = (0..LANES).any(|k| moved[k] && exceeds(16.0 * scale[k], threshold));
+                if D == 1 || !possible {
+                    return [false; LANES];
+                }
+                let turned = turns(f, f0);
+                std::array::from_fn(|k| moved[k] && exceeds(turned[k] * turned[k] * scale[k], threshold))
+            }
         }
     }
+}
+
+/// A NaN exceeds everything.
+#[inline(always)]
+fn exceeds(value: f64, limit: f64) -> bool {
+    value > limit || value.is_nan()
+}
+
+/// `max|dU| max|dV|` of each lane; zero in one dimension.
+#[inline(always)]
+fn turns<const D: usize>(f: &[[Lane; D]; D], f0: &[[Lane; D]; D]) -> Lane {
+    match D {
+        2 => turns_in::<2>(&resized(f), &resized(f0)),
+        3 => turns_in::<3>(&resized(f), &resized(f0)),
+        _ => [0.0; LANES],
+    }
+}
+
+/// The same matrix where `E = D`: decompositions are for two and three dimensions alone.
+#[inline(always)]
+fn resized<const D: usize, const E: usize>(f: &[[Lane; D]; D]) -> [[Lane; E]; E] {
+    std::array::from_fn(|i| std::array::from_fn(|k| f[i.min(D - 1)][k.min(D - 1)]))
+}
+
+#[inline(always)]
+fn turns_in<const D: usize>(f: &[[Lane; D]; D], f0: &[[Lane; D]; D]) -> Lane {
+    let (now, then) = (signed_svd_pack(&pack(f)), signed_svd_pack(&pack(f0)));
+    let largest = |a: &PackMatrix<D, LANES>, b: &PackMatrix<D, LANES>| {
+        let mut largest = Pack::<LANES>::ZERO;
+        for i in 0..D {
+            for k in 0..D {
+                largest = largest.max((a[i][k] - b[i][k]).abs());
+            }
+        }
+        largest
+    };
+    (largest(&now.u, &then.u) * largest(&now.v, &then.v)).0
 }
 
 /// `max|N| max|B|` of each lane, m in three dimensions.

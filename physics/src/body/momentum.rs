@@ -1,6 +1,7 @@
 //! What a moving body conserves, and how far it is from balance.
 
 use super::Body;
+use crate::lanes::LANES;
 use crate::material::Hyperelastic;
 use stylet_solver::vector;
 
@@ -65,5 +66,19 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
         self.check_len(load);
         self.internal_force(u, residual);
         vector::axpy(-1.0, load, residual);
+    }
+
+    /// Size of the rounding errors in elastic forces near rest, N (2-norm over the body): an error of one unit in the last
+    /// place of every deformation gradient. No residual comes below a small multiple of it.
+    pub fn force_round_off(&self) -> f64 {
+        let mut square = 0.0;
+        for group in &self.elements.groups {
+            let stiffness = self.moduli[group.material as usize].axial;
+            for lane in 0..LANES {
+                let gradients = group.gradients.iter().flatten().map(|g| g[lane] * g[lane]).sum::<f64>();
+                square += (stiffness * group.weight[lane]).powi(2) * gradients;
+            }
+        }
+        f64::EPSILON * square.sqrt()
     }
 }

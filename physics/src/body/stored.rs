@@ -1,6 +1,6 @@
 //! Element stiffnesses kept between lazy linearisations.
 
-use super::assembly::{MAX_PAIRS, upper_index};
+use super::assembly::upper_index;
 use stylet_solver::Block;
 
 /// Blocks `K_ab`, `1 <= a <= b`, of a P1 element in single precision: a quarter of the whole in double.
@@ -21,38 +21,57 @@ pub(super) fn pack<const D: usize, const N: usize>(upper: &[Block<D>]) -> Stored
     stored
 }
 
-/// The whole upper triangle.
-#[inline]
-pub(super) fn unpack<const D: usize, const N: usize>(stored: &Stored<D>) -> [Block<D>; MAX_PAIRS] {
-    let mut upper = [[[0.0; D]; D]; MAX_PAIRS];
-    for a in 1..N {
-        for b in a..N {
-            let block = stored[upper_index(D, a - 1, b - 1)].map(|row| row.map(f64::from));
-            upper[upper_index(N, a, b)] = block;
-            for i in 0..D {
-                for j in 0..D {
-                    upper[b][i][j] -= block[i][j];
-                    if a != b {
-                        upper[a][i][j] -= block[j][i];
-                    }
-                }
-            }
+/// Blocks `K_ab` of one local vertex `a`, for all `b`: those of two vertices are each other's mirror images to the last bit.
+#[inline(always)]
+pub(super) fn row<const D: usize, const N: usize>(stored: &Stored<D>, a: usize) -> [Block<D>; N] {
+    let mut row = [[[0.0; D]; D]; N];
+    if a > 0 {
+        for b in 1..N {
+            row[b] = block(stored, a, b);
+            subtract(&row[b].clone(), &mut row[0]);
         }
+        return row;
     }
+    let mut sum = [[0.0; D]; D];
     for b in 1..N {
-        for i in 0..D {
-            for j in 0..D {
-                // The mean of both halves is symmetric to the last bit.
-                upper[0][i][j] -= 0.5 * (upper[b][i][j] + upper[b][j][i]);
-            }
+        for c in 1..N {
+            subtract(&block(stored, c, b), &mut row[b]);
+        }
+        subtract(&row[b].clone(), &mut sum);
+    }
+    for i in 0..D {
+        for j in 0..D {
+            // The mean of both halves is symmetric to the last bit.
+            row[0][i][j] = 0.5 * (sum[i][j] + sum[j][i]);
         }
     }
-    upper
+    row
+}
+
+/// `K_ab` with `a, b >= 1`.
+#[inline(always)]
+fn block<const D: usize>(stored: &Stored<D>, a: usize, b: usize) -> Block<D> {
+    if a <= b {
+        stored[upper_index(D, a - 1, b - 1)].map(|row| row.map(f64::from))
+    } else {
+        let k = &stored[upper_index(D, b - 1, a - 1)];
+        std::array::from_fn(|i| std::array::from_fn(|j| f64::from(k[j][i])))
+    }
+}
+
+#[inline(always)]
+fn subtract<const D: usize>(k: &Block<D>, from: &mut Block<D>) {
+    for i in 0..D {
+        for j in 0..D {
+            from[i][j] -= k[i][j];
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::body::assembly::MAX_PAIRS;
     use crate::material::{Hyperelastic, NeoHookean};
     use nalgebra::Matrix3;
 
@@ -66,19 +85,14 @@ mod tests {
         let mut upper = [[[0.0; 3]; 3]; MAX_PAIRS];
         material.element_stiffness(&f, &[first, g[0], g[1], g[2]], 1e-6, &mut upper);
         let size = upper.iter().flatten().flatten().fold(0.0f64, |m, k| m.max(k.abs()));
-        let back = unpack::<3, 4>(&pack::<3, 4>(&upper));
-        for (a, b) in upper.iter().flatten().flatten().zip(back.iter().flatten().flatten()) {
-            assert!((a - b).abs() < 1e-6 * size, "{a} and {b} of {size}");
-        }
-        for a in 0..4 {
-            for (i, j) in (0..9).map(|k| (k / 3, k % 3)) {
-                let block = |b: usize| match a <= b {
-                    true => back[upper_index(4, a, b)][i][j],
-                    false => back[upper_index(4, b, a)][j][i],
-                };
-                let sum: f64 = (0..4).map(block).sum();
-                assert!(sum.abs() < 1e-14 * size, "translations take a force of {sum} of {size}");
-            }
+        let stored = pack::<3, 4>(&upper);
+        let back: [[Block<3>; 4]; 4] = std::array::from_fn(|a| row::<3, 4>(&stored, a));
+        for (a, b, i, j) in (0..144).map(|k| (k / 36, k / 9 % 4, k / 3 % 3, k % 3)) {
+            let exact = if a <= b { upper[upper_index(4, a, b)][i][j] } else { upper[upper_index(4, b, a)][j][i] };
+            assert!((back[a][b][i][j] - exact).abs() < 1e-6 * size, "{} and {exact} of {size}", back[a][b][i][j]);
+            assert_eq!(back[a][b][i][j].to_bits(), back[b][a][j][i].to_bits());
+            let sum: f64 = (0..4).map(|b| back[a][b][i][j]).sum();
+            assert!(sum.abs() < 1e-14 * size, "translations take a force of {sum} of {size}");
         }
     }
 }

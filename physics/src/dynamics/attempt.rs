@@ -8,10 +8,12 @@ use super::scheme::Coefficients;
 use super::{Integrator, Solution, State, StepReport};
 use crate::body::{Body, BodyError};
 use crate::material::Hyperelastic;
+use stylet_mesh::CellId;
 use stylet_solver::LinearOperator;
 use stylet_solver::energy::Energy;
-use stylet_solver::linear::{CgSettings, projected_cg};
-use stylet_solver::nonlinear::{NewtonSettings, newton_cg_with};
+use stylet_solver::linear::{CgError, CgSettings, projected_cg};
+use stylet_solver::nonlinear::{LineSearch, NewtonSettings, line_search::Armijo, newton_cg_with};
+use stylet_solver::precondition::PreconditionerError;
 use stylet_solver::stop::{Stop, StopRule};
 use stylet_solver::subspace::Subspace;
 use stylet_solver::vector::{axpy, norm2};
@@ -67,21 +69,41 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Attempt<'_, D, N, M> {
         }
     }
 
+    /// One linearised step. Where the tangent is not positive definite on the free moves, and the step too long for the
+    /// mass to make up for it, the step is made with the nearest semidefinite tangents.
     fn linearised(
         &mut self,
         it: &mut Integrator<D>,
         c: &Coefficients,
         report: &mut StepReport<D>,
     ) -> Result<(), Setback> {
+        if !M::IS_LINEAR {
+            self.body.linearize(&self.start.u);
+            report.elements_updated += self.body.elements_updated() as u64;
+        }
+        let first = self.solve_linearised(it, c, report);
+        let projected = self.body.is_projected();
+        if M::IS_LINEAR || projected || !matches!(first, Err(Unsolved::Indefinite)) {
+            return first.map_err(Setback::from);
+        }
+        self.body.set_projection(true);
+        self.predict(it, c);
+        let second = self.solve_linearised(it, c, report);
+        self.body.set_projection(false);
+        second.map_err(Setback::from)
+    }
+
+    fn solve_linearised(
+        &mut self,
+        it: &mut Integrator<D>,
+        c: &Coefficients,
+        report: &mut StepReport<D>,
+    ) -> Result<(), Unsolved> {
         let (damping, start) = (it.settings.damping, self.start);
         let body = &mut *self.body;
         let [direction, product, _] = &mut it.scratch;
-        if !M::IS_LINEAR {
-            body.linearize(&start.u);
-            report.elements_updated += body.elements_updated() as u64;
-        }
         body.internal_force(&start.u, product);
-        let floor = ROUND_OFF * (norm2(product) + norm2(&it.drive.load));
+        let floor = it.round_off + ROUND_OFF * (norm2(product) + norm2(&it.drive.load));
         for (rhs, (load, force)) in it.rhs.iter_mut().zip(it.drive.load.iter().zip(&*product)) {
             *rhs = load - force;
         }
@@ -96,7 +118,9 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Attempt<'_, D, N, M> {
         }
         let stiffness = c.cx + c.cv * damping.stiffness;
         let weights = Weights { stiffness, mass: 1.0 + c.cv * damping.mass, lagged: 0.0 };
-        it.matrix.follow(body, weights, None).map_err(|error| Setback::Final(BodyError::from(error).into()))?;
+        it.matrix
+            .follow(body, weights, None)
+            .map_err(|e| Unsolved::Other(Setback::Final(BodyError::from(e).into())))?;
         it.frozen.refresh(&it.matrix.matrix);
         it.preconditioner.follow(&it.team, &it.matrix.matrix, self.subspace)?;
         let stop = StopRule { round_floor: it.settings.stop.round_floor + floor, ..it.settings.stop };
@@ -106,18 +130,16 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Attempt<'_, D, N, M> {
         report.iterations += solved.iterations;
         report.newton_iterations += 1;
         (report.residual, report.threshold) = (solved.residual_norm, solved.threshold);
-        match solved.stop {
-            Stop::IterationLimit => Err(Setback::Curable(format!(
+        if solved.stop == Stop::IterationLimit {
+            return Err(Unsolved::Other(Setback::Curable(format!(
                 "conjugate gradients: residual {:e} N after {} iterations, threshold {:e} N",
                 solved.residual_norm, solved.iterations, solved.threshold
-            ))),
-            _ => {
-                for i in 0..start.u.len() {
-                    it.u[i] = it.u_hat[i] + c.cx * it.a[i];
-                }
-                Ok(())
-            }
+            ))));
         }
+        for i in 0..start.u.len() {
+            it.u[i] = it.u_hat[i] + c.cx * it.a[i];
+        }
+        Ok(())
     }
 
     fn newton(&mut self, it: &mut Integrator<D>, c: &Coefficients, report: &mut StepReport<D>) -> Result<(), Setback> {
@@ -129,12 +151,16 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Attempt<'_, D, N, M> {
             report.elements_updated += self.body.elements_updated() as u64;
             it.lag(self.body)?;
         }
-        self.guess(it, c);
+        for i in 0..it.u.len() {
+            it.u[i] = it.u_hat[i] + c.cx * it.a[i];
+        }
         let external = self.scale(it, c);
         let mut settings = NewtonSettings::new(StopRule {
-            round_floor: it.settings.stop.round_floor + ROUND_OFF * external,
+            round_floor: it.settings.stop.round_floor + it.round_off + ROUND_OFF * external,
             ..it.settings.stop
         });
+        // Energies decide: a residual may shrink on the way to a saddle, and what an overshoot gains is never lost again.
+        settings.search = LineSearch::Armijo(Armijo::default());
         settings.max_iterations = max_iterations;
         settings.max_inner_iterations = it.settings.max_inner_iterations;
         it.newton.invalidate();
@@ -151,6 +177,7 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Attempt<'_, D, N, M> {
             scratch: [x, y, z],
             elements_updated: 0,
         };
+        energy.choose_start(&self.start.u, self.subspace, &mut it.u, &mut it.rhs);
         let mut m = Followed { team: &it.team, inner: &mut *it.preconditioner };
         let solved =
             newton_cg_with(&mut energy, &mut m, self.subspace, external, &mut it.u, &settings, &mut it.newton)?;
@@ -163,7 +190,12 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Attempt<'_, D, N, M> {
             Stop::Stalled => solved.residual_norm <= STALLED * external,
             _ => false,
         };
-        if !accepted {
+        let crushed = !accepted && self.body.inverted(&it.u).or(self.body.inverted(&self.start.u)).is_some();
+        if crushed && !self.body.requires_positive_j() && solved.stop != Stop::Abandoned {
+            // The energy of an inverted element has edges, on which no residual vanishes. The end has less energy than the
+            // start: it is as good a way out as any, and shorter steps meet the same edges.
+            report.unconverged += 1;
+        } else if !accepted {
             return Err(Setback::Curable(format!(
                 "Newton's method: {:?} after {} steps, residual {:e} N, threshold {:e} N",
                 solved.stop, solved.iterations, solved.residual_norm, solved.threshold
@@ -173,24 +205,6 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Attempt<'_, D, N, M> {
             it.a[i] = (it.u[i] - it.u_hat[i]) / c.cx;
         }
         Ok(())
-    }
-
-    /// Where Newton's method starts: free nodes go on as they did, unless that inverts an element that must not be.
-    fn guess(&mut self, it: &mut Integrator<D>, c: &Coefficients) {
-        for i in 0..it.u.len() {
-            it.u[i] = it.u_hat[i] + c.cx * it.a[i];
-        }
-        if self.is_reachable(it) {
-            return;
-        }
-        // From the start of the step, constrained nodes where they are to be.
-        it.scratch[0].copy_from_slice(&it.u);
-        it.u.copy_from_slice(&self.start.u);
-        let (u, moved) = (it.u.as_chunks_mut::<D>().0, it.scratch[0].as_chunks::<D>().0);
-        for (node, constraint) in self.subspace.constrained() {
-            let (stay, go) = (constraint.project(u[node]), constraint.project(moved[node]));
-            u[node] = std::array::from_fn(|k| stay[k] + moved[node][k] - go[k]);
-        }
     }
 
     /// Whether no element that must not be inverted is inverted on the way to `u`.
@@ -205,26 +219,30 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Attempt<'_, D, N, M> {
         self.body.max_step(&self.start.u, direction, 1.0) >= 1.0
     }
 
-    /// Size of the forces of this step, N: load, elastic forces and inertia at its start.
+    /// Size of the forces of this step, N: the load, and elastic forces and inertia at its start and at the guess (where
+    /// constrained nodes have moved).
     fn scale(&mut self, it: &mut Integrator<D>, c: &Coefficients) -> f64 {
         let [force, product, way] = &mut it.scratch;
-        self.body.internal_force(&self.start.u, force);
-        for i in 0..it.u.len() {
-            way[i] = (self.start.u[i] - it.u_hat[i]) / c.cx;
+        let mut scale = norm2(&it.drive.load);
+        for u in [&self.start.u, &it.u] {
+            self.body.internal_force(u, force);
+            for i in 0..u.len() {
+                way[i] = (u[i] - it.u_hat[i]) / c.cx;
+            }
+            self.body.apply_mass(way, product);
+            let elastic = norm2(force);
+            // An element that is flat has no finite force in some laws.
+            scale += norm2(product) + if elastic.is_finite() { elastic } else { 0.0 };
         }
-        self.body.apply_mass(way, product);
-        let elastic = norm2(force);
-        // An element that is flat has no finite force in some laws.
-        norm2(&it.drive.load) + norm2(product) + if elastic.is_finite() { elastic } else { 0.0 }
+        scale
     }
 
     /// Velocities and accelerations at the end; refuses an end that inverts an element.
     fn finish(&mut self, it: &mut Integrator<D>, c: &Coefficients) -> Result<(), Setback> {
-        if M::IS_LINEAR || it.settings.solution == Solution::Linearised {
-            if !self.is_reachable(it) {
-                let (cell, jacobian) = self.body.smallest_jacobian(&it.u).unwrap_or((stylet_mesh::CellId(0), f64::NAN));
-                return Err(Setback::Curable(format!("the step inverts cell {}: det F = {jacobian:e}", cell.0)));
-            }
+        // Newton's method has stayed within the domain by itself.
+        if it.settings.solution == Solution::Linearised && !self.is_reachable(it) {
+            let (cell, jacobian) = self.body.smallest_jacobian(&it.u).unwrap_or((CellId(0), f64::NAN));
+            return Err(Setback::Curable(format!("the step inverts cell {}: det F = {jacobian:e}", cell.0)));
         }
         for i in 0..it.v.len() {
             it.v[i] = it.v_hat[i] + c.cv * it.a[i];
@@ -239,6 +257,40 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Attempt<'_, D, N, M> {
             a[node] = std::array::from_fn(|k| a_free[k] + change[k] - a_held[k]);
         }
         Ok(())
+    }
+}
+
+/// Why a linearised step has no solution.
+enum Unsolved {
+    /// The matrix is not positive definite on the free moves.
+    Indefinite,
+    Other(Setback),
+}
+
+impl From<CgError> for Unsolved {
+    fn from(error: CgError) -> Self {
+        match error {
+            CgError::NotPositiveDefinite { .. } | CgError::PreconditionerNotPositive { .. } => Self::Indefinite,
+            other => Self::Other(other.into()),
+        }
+    }
+}
+
+impl From<PreconditionerError> for Unsolved {
+    fn from(error: PreconditionerError) -> Self {
+        match error {
+            PreconditionerError::NotPositive { .. } | PreconditionerError::Indefinite { .. } => Self::Indefinite,
+            other => Self::Other(other.into()),
+        }
+    }
+}
+
+impl From<Unsolved> for Setback {
+    fn from(unsolved: Unsolved) -> Self {
+        match unsolved {
+            Unsolved::Indefinite => Self::Curable("the matrix of the step is not positive definite".into()),
+            Unsolved::Other(setback) => setback,
+        }
     }
 }
 

@@ -8,6 +8,7 @@ use crate::material::Hyperelastic;
 use stylet_solver::LinearOperator;
 use stylet_solver::energy::{BlockHessian, Energy};
 use stylet_solver::sparse::BlockCsr;
+use stylet_solver::subspace::Subspace;
 use stylet_solver::vector;
 
 /// `|u - u^|_M^2 / 2 cx + W(u) - f.u + (cx / 2 cv) v.D v` with `v = v^ + (cv / cx)(u - u^)`: its gradient is what the
@@ -30,6 +31,21 @@ pub(super) struct Incremental<'a, const D: usize, const N: usize, M> {
 }
 
 impl<const D: usize, const N: usize, M: Hyperelastic<D>> Incremental<'_, D, N, M> {
+    /// Where the minimisation starts: at `u`, where free nodes have gone on as they did, or where they were at the start of the
+    /// step if that has less energy. What is found has then no more than the start had: no step gains energy out of nothing.
+    pub fn choose_start(&mut self, before: &[f64], subspace: &Subspace<D>, u: &mut [f64], other: &mut [f64]) {
+        other.copy_from_slice(before);
+        let (stay, moved) = (other.as_chunks_mut::<D>().0, u.as_chunks::<D>().0);
+        for (node, constraint) in subspace.constrained() {
+            let (free, held) = (constraint.project(stay[node]), constraint.project(moved[node]));
+            stay[node] = std::array::from_fn(|k| free[k] + moved[node][k] - held[k]);
+        }
+        let energy = self.value(other);
+        if energy < self.value(u) {
+            u.copy_from_slice(other);
+        }
+    }
+
     /// Fills the scratch vectors: `u - u^`, `v`, and room for a product.
     fn difference(&mut self, u: &[f64]) {
         let rate = self.coefficients.cv / self.coefficients.cx;

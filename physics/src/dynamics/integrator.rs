@@ -52,6 +52,9 @@ pub struct Integrator<const D: usize> {
     pub(super) u: Vec<f64>,
     pub(super) v: Vec<f64>,
     pub(super) a: Vec<f64>,
+    /// What rounding errors leave of a residual, N, and the number of elements that it was found for.
+    pub(super) round_off: f64,
+    round_off_of: usize,
     /// The state at the start of a part of a step that is made of several.
     part: State,
 }
@@ -78,6 +81,8 @@ impl<const D: usize> Integrator<D> {
             u: Vec::new(),
             v: Vec::new(),
             a: Vec::new(),
+            round_off: 0.0,
+            round_off_of: 0,
             part: State::default(),
         }
     }
@@ -178,6 +183,7 @@ impl<const D: usize> Integrator<D> {
             threshold: 0.0,
             iterations: 0,
             newton_iterations: 0,
+            unconverged: 0,
             elements_updated: 0,
             error: 0.0,
             balance: None,
@@ -324,6 +330,10 @@ impl<const D: usize> Integrator<D> {
         if self.drive.load.len() != dim {
             self.drive = Drive { load: vec![0.0; dim], displacement: vec![0.0; dim], velocity: vec![0.0; dim] };
         }
+        if self.round_off_of != body.n_elements() {
+            self.round_off = ROUND_OFF_UNITS * body.force_round_off();
+            self.round_off_of = body.n_elements();
+        }
         let [x, y, z] = &mut self.scratch;
         for v in [&mut self.u, &mut self.v, &mut self.a, &mut self.u_hat, &mut self.v_hat, &mut self.rhs, x, y, z] {
             v.resize(dim, 0.0);
@@ -368,6 +378,8 @@ impl<const D: usize> Integrator<D> {
 
 /// Relative residual of the first acceleration.
 const START_TOLERANCE: f64 = 1e-13;
+/// Units of rounding error that a residual may hold.
+const ROUND_OFF_UNITS: f64 = 4.0;
 /// Share of the tolerance below which an adaptive step grows: the error of a step falls eightfold when it is halved.
 const REGROWTH: f64 = 0.125;
 

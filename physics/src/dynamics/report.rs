@@ -39,6 +39,8 @@ pub struct StepReport<const D: usize> {
     pub iterations: usize,
     /// Newton steps; one for each linearised part.
     pub newton_iterations: usize,
+    /// Parts whose Newton iteration ended above the tolerance, and were accepted because elements are inverted there.
+    pub unconverged: u32,
     /// Element stiffnesses that were evaluated.
     pub elements_updated: u64,
     /// Estimate of the displacement error that the last part has added, m.

@@ -10,7 +10,10 @@ use stylet_solver::stop::{Criterion, StopRule};
 pub enum Solution {
     /// The equation of motion linearised at the start of the step: eq. (4) of Chentanez et al. (2009).
     Linearised,
-    /// The equation of motion itself, by projected Newton steps on the incremental potential.
+    /// The equation of motion itself, by projected Newton steps on the incremental potential, which no step leaves higher
+    /// than it was at its start: a step of backward Euler under a dead load never gains energy. Where elements are inverted
+    /// and the law allows it, the best of the budget is accepted, see
+    /// [`StepReport::unconverged`](super::StepReport::unconverged).
     Newton {
         /// Steps per time step; when they are used up the step is halved.
         max_iterations: usize,

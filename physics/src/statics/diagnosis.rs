@@ -3,7 +3,6 @@
 
 use crate::body::Body;
 use crate::material::Hyperelastic;
-use crate::small::determinant;
 use nalgebra::{SMatrix, SVector};
 use std::fmt;
 use stylet_mesh::{CellId, SimplexMesh, VertexId};
@@ -80,7 +79,9 @@ impl fmt::Display for Motion {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Translation(t) => write!(f, "translation along {}", tuple(t)),
-            Self::Rotation { axis, through } => write!(f, "rotation about {} through {} m", tuple(axis), tuple(through)),
+            Self::Rotation { axis, through } => {
+                write!(f, "rotation about {} through {} m", tuple(axis), tuple(through))
+            }
         }
     }
 }
@@ -332,7 +333,7 @@ pub fn inverted_cells<const D: usize, const N: usize, M: Hyperelastic<D>>(
     mesh: &SimplexMesh<D, N>,
     u: &[f64],
 ) -> Option<Finding> {
-    let det = |cell| Some((cell, determinant(&body.deformation_gradient(cell, u)?)));
+    let det = |cell| Some((cell, body.jacobian(cell, u)?));
     let mut worst: Vec<(CellId, f64)> = mesh.cells().filter_map(det).filter(|(_, j)| *j <= 0.0 || j.is_nan()).collect();
     let count = worst.len();
     worst.sort_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));

@@ -1,9 +1,9 @@
 //! Why a static solve ended without an equilibrium.
 
 use stylet_mesh::CellId;
-use stylet_solver::linear::{CgError, RefineError};
 #[cfg(feature = "direct")]
 use stylet_solver::linear::direct::DirectError;
+use stylet_solver::linear::{CgError, RefineError};
 use stylet_solver::precondition::PreconditionerError;
 use stylet_solver::stop::StopRuleError;
 

@@ -144,12 +144,8 @@ fn equilibrate<const D: usize, const N: usize, M: Hyperelastic<D>>(
     let max_iterations = settings.max_iterations;
     match settings.method {
         StaticMethod::NonlinearCg { direction, step } => {
-            let method = NonlinearCgSettings {
-                max_iterations,
-                step,
-                direction,
-                ..NonlinearCgSettings::new(settings.stop)
-            };
+            let method =
+                NonlinearCgSettings { max_iterations, step, direction, ..NonlinearCgSettings::new(settings.stop) };
             Ok(nonlinear_cg(&mut energy, preconditioner, subspace, external_norm, u, &method, nonlinear)?)
         }
         StaticMethod::Lbfgs => {

@@ -84,7 +84,8 @@ fn boxed<const D: usize, const N: usize>(scene: &Scene) -> Result<Geometry<D, N>
         return Err(format!("mesh.cells: found {simplices:e} simplices, expected at most {MOST_CELLS:e}"));
     }
     let upper = std::array::from_fn(|k| origin[k] + size[k]);
-    let mesh: SimplexMesh<D, N> = kuhn_box(origin, upper, cells.map(|n| n as usize)).map_err(|e| format!("mesh: {e}"))?;
+    let mesh: SimplexMesh<D, N> =
+        kuhn_box(origin, upper, cells.map(|n| n as usize)).map_err(|e| format!("mesh: {e}"))?;
     let (data, _) = export(&mesh).ok_or("mesh: found a dimension that files do not have")?;
     Geometry::of_data(scene, data)
 }
@@ -146,7 +147,8 @@ fn repaired<const D: usize, const N: usize>(data: MeshData) -> MeshData {
     let (cells, regions) = data.simplices::<N>();
     let repaired = repair::<D, N>(&data.coordinates(), &cells, &RepairSettings::default());
     let moved = |v: &u32| repaired.new_vertex.get(*v as usize).copied().flatten();
-    let mut mended = MeshData { dimension: data.dimension, region_names: data.region_names.clone(), ..MeshData::default() };
+    let mut mended =
+        MeshData { dimension: data.dimension, region_names: data.region_names.clone(), ..MeshData::default() };
     let pad = |x: &[f64; D]| std::array::from_fn(|k| if k < D { x[k] } else { 0.0 });
     mended.points = repaired.points.iter().map(pad).collect();
     for (cell, region) in repaired.cells.iter().zip(repaired.of_cells(&regions)) {
@@ -215,7 +217,11 @@ impl<const D: usize> Place<D> {
             data.region_names.iter().filter(|r| r.vertices_per_cell == n).map(|r| r.name.as_str()).collect();
         let expected = match known.is_empty() {
             true => "a tag, a box, or a mesh file with named cells".to_owned(),
-            false => format!("one of {}; nearest is {}", known.join(", "), stylet_scene::nearest(name, known.iter().copied())),
+            false => format!(
+                "one of {}; nearest is {}",
+                known.join(", "),
+                stylet_scene::nearest(name, known.iter().copied())
+            ),
         };
         Err(format!("{key}: {column}: found {name}, expected {expected}"))
     }
@@ -237,7 +243,9 @@ pub(super) fn corners_of<const D: usize>(key: &str, numbers: &[f64]) -> Result<[
     let corners = [0, D].map(|at| std::array::from_fn(|k| numbers[at + k]));
     let [low, high]: [[f64; D]; 2] = corners;
     match (0..D).find(|&k| low[k] > high[k]) {
-        Some(k) => Err(format!("{key}: found {} to {} along axis {}, expected ascending corners", low[k], high[k], k + 1)),
+        Some(k) => {
+            Err(format!("{key}: found {} to {} along axis {}, expected ascending corners", low[k], high[k], k + 1))
+        }
         None => Ok(corners),
     }
 }

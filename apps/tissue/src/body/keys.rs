@@ -131,7 +131,13 @@ pub const TABLE: Table<Scene> = Table {
         key!("material.density", DENSITY, "kg/m^3", "1000.0", "density, for gravity and motion",
             float: |s| s.material.density, |s| Some(Value::Float(s.material.density))),
         rows!("region", REGION, "a material of its own, later rows over earlier ones", regions, material::check_row),
-        rows!("constraint", CONSTRAINT, "what the nodes of a place may do; held in all directions if nothing else is said", constraints, constraint::check_row),
+        rows!(
+            "constraint",
+            CONSTRAINT,
+            "what the nodes of a place may do; held in all directions if nothing else is said",
+            constraints,
+            constraint::check_row
+        ),
         rows!("load", LOAD, "a force that does not turn with the body", loads, load::check_row),
         key!("statics.method", &["cg", "llt", "ldlt", "newton-cg", "polak-ribiere", "fletcher-reeves", "hager-zhang", "l-bfgs"],
             "cg for linear, newton-cg for others", "how the equilibrium is found; the first three for linear materials only",

@@ -118,5 +118,9 @@ fn add_traction<const D: usize, const N: usize>(
             (0..D).for_each(|k| nodal[D * v.index() + k] += own / D as f64 * traction[k]);
         }
     }
-    if area > 0.0 { Ok(()) } else { Err("traction: found no boundary facet in its place, expected at least one".into()) }
+    if area > 0.0 {
+        Ok(())
+    } else {
+        Err("traction: found no boundary facet in its place, expected at least one".into())
+    }
 }

@@ -101,7 +101,8 @@ pub(super) fn pick<const D: usize, const N: usize>(
 
 /// The number of a region of this name, as the mesh has it.
 pub(super) fn region_number(name: &str, regions: &[Row]) -> Result<u32, String> {
-    let name_of = |row: &Row| row.value("name").and_then(|value| value.text().ok().map(str::to_owned)).unwrap_or_default();
+    let name_of =
+        |row: &Row| row.value("name").and_then(|value| value.text().ok().map(str::to_owned)).unwrap_or_default();
     let names: Vec<String> = regions.iter().map(name_of).collect();
     match names.iter().position(|known| known == name) {
         Some(at) => Ok(at as u32 + 1),
@@ -137,7 +138,11 @@ fn named_group<const D: usize, const N: usize>(
     Err(match known.is_empty() {
         true => format!("group: found {name}, expected a mesh file with named boundaries"),
         false => {
-            format!("group: found {name}, expected one of {}; nearest is {}", known.join(", "), nearest(name, known.iter().copied()))
+            format!(
+                "group: found {name}, expected one of {}; nearest is {}",
+                known.join(", "),
+                nearest(name, known.iter().copied())
+            )
         }
     })
 }
@@ -170,9 +175,11 @@ fn pick_group<const D: usize, const N: usize>(
     }
     if !inside.iter().any(|&node| node) {
         let smaller = geometry.data.blocks.iter().filter(|block| block.vertices_per_cell < N);
-        let numbers: BTreeSet<i32> = smaller.flat_map(|block| block.regions.iter().copied()).filter(|&n| n != 0).collect();
+        let numbers: BTreeSet<i32> =
+            smaller.flat_map(|block| block.regions.iter().copied()).filter(|&n| n != 0).collect();
         let known: Vec<String> = numbers.iter().map(i32::to_string).collect();
-        let expected = if known.is_empty() { "a mesh file with tags".into() } else { format!("one of {}", known.join(", ")) };
+        let expected =
+            if known.is_empty() { "a mesh file with tags".into() } else { format!("one of {}", known.join(", ")) };
         return Err(format!("tag: found no boundary with number {number}, expected {expected}"));
     }
     picked.nodes.iter_mut().zip(inside).for_each(|(node, inside)| *node &= inside);

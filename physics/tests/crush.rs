@@ -1,0 +1,84 @@
+//! A crushed or scrambled cube comes back to rest, for laws that are defined under inversion: validation sheet J1 and J2 on a
+//! small mesh, at Poisson's ratio 0.3.
+
+mod support;
+
+use stylet_mesh::generate::kuhn_box;
+use stylet_physics::body::{Body, Density, MassKind};
+use stylet_physics::dynamics::{Damping, Drive, DynamicsSettings, Integrator, Scheme, Solution};
+use stylet_physics::material::{Corotated, FixedCorotated, Hyperelastic, StableNeoHookean};
+use stylet_solver::team::Team;
+use support::{YOUNG, clamped, random};
+
+const SIDE: f64 = 0.1;
+
+/// Where a vertex is at the start.
+type Crush = fn(&[f64; 3], &mut u64) -> [f64; 3];
+
+fn crushes() -> [(&'static str, Crush); 4] {
+    [
+        ("point", |_, _| [0.5 * SIDE; 3]),
+        ("plane", |x, _| [x[0], x[1], 0.0]),
+        ("line", |x, _| [0.5 * SIDE, 0.5 * SIDE, x[2]]),
+        ("scramble", |_, state| std::array::from_fn(|_| 0.5 * SIDE * (1.0 + random(state)))),
+    ]
+}
+
+/// Largest displacement (in sides) and smallest `J` at the end, the simulated time and the Newton steps.
+fn recover<M: Hyperelastic<3>>(material: M, cells: usize, crush: Crush) -> (f64, f64, f64, usize) {
+    let mesh = kuhn_box::<3, 4>([0.0; 3], [SIDE; 3], [cells; 3]).unwrap();
+    let mut body = Body::new(&mesh, material, 1.0).unwrap();
+    body.set_mass(MassKind::Lumped, &Density::Uniform(1000.0)).unwrap();
+    let held = clamped(&mesh, |x| x[2] < 1e-9);
+    let mut seed = 7;
+    let start = |x: &[f64; 3]| {
+        let to = if x[2] < 1e-9 { *x } else { crush(x, &mut seed) };
+        std::array::from_fn::<f64, 3, _>(|k| to[k] - x[k])
+    };
+    let u: Vec<f64> = mesh.points().iter().flat_map(start).collect();
+    let damping = Damping { mass: 0.0, stiffness: 0.01 };
+    let solution = Solution::Newton { max_iterations: 30 };
+    let mut settings =
+        DynamicsSettings { scheme: Scheme::BackwardEuler, solution, damping, ..DynamicsSettings::new(0.01) };
+    settings.stop.tolerance = 1e-4;
+    let mut it = Integrator::new(settings, &Team::serial());
+    let mut nothing = |_: f64, _: &mut Drive| ();
+    let v = vec![0.0; u.len()];
+    let mut state = it.start_moving(&mut body, &held, &mut nothing, u, v).unwrap();
+    let mut iterations = 0;
+    while state.t < 10.0 {
+        iterations += it.step(&mut body, &held, &mut nothing, &mut state).unwrap().newton_iterations;
+        let size = state.u.iter().fold(0.0f64, |m, u| m.max(u.abs()));
+        let speed = state.v.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+        if size < 1e-4 * SIDE && speed < 1e-3 * SIDE {
+            break;
+        }
+    }
+    let size = state.u.iter().fold(0.0f64, |m, u| m.max(u.abs())) / SIDE;
+    (size, body.smallest_jacobian(&state.u).unwrap().1, state.t, iterations)
+}
+
+fn all<M: Hyperelastic<3>>(name: &str, material: M, cells: usize) {
+    for (crush, start) in crushes() {
+        let (size, jacobian, t, iterations) = recover(material.clone(), cells, start);
+        println!(
+            "{name} from a {crush}: {size:.1e} of the side, J > {jacobian:.4}, {t:.2} s, {iterations} Newton steps"
+        );
+        assert!(size < 1e-3 && jacobian > 0.0, "{name} from a {crush}: {size} of the side, smallest J {jacobian}");
+    }
+}
+
+#[test]
+fn corotated() {
+    all("corotated", Corotated::from_young_poisson(YOUNG, 0.3).unwrap(), 4);
+}
+
+#[test]
+fn fixed_corotated() {
+    all("fixed corotated", FixedCorotated::from_young_poisson(YOUNG, 0.3).unwrap(), 4);
+}
+
+#[test]
+fn stable_neo_hookean() {
+    all("stable neo-Hookean", StableNeoHookean::from_young_poisson(YOUNG, 0.3).unwrap(), 4);
+}
