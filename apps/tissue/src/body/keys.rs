@@ -171,7 +171,7 @@ pub const TABLE: Table<Scene> = Table {
         key!("time.adaptive", NOT_NEGATIVE, "m", "0.0", "displacement error that one step may make; 0: steps of one length",
             float: |s| time(s).adaptive, |s| s.time.as_ref().map(|t| Value::Float(t.adaptive))),
         key!("solver.preconditioner", &["none", "jacobi", "block-jacobi", "ssor", "ic0", "chebyshev", "aggregation", "factor"],
-            "\"block-jacobi\"", "what iterations are preconditioned with; in [time] block-jacobi or aggregation",
+            "\"block-jacobi\"", "what iterations are preconditioned with; in [time] block-jacobi alone",
             PreconditionerKind: |s| s.solver.preconditioner, |s| s.solver.preconditioner.write()),
         key!("solver.tolerance", between(Bound::Inclusive(1e-14), Bound::Exclusive(1.0)), "", "1e-6", "relative tolerance of the residual force",
             float: |s| s.solver.tolerance, |s| Some(Value::Float(s.solver.tolerance))),

@@ -209,7 +209,7 @@ pub enum PreconditionerKind {
     IncompleteCholesky,
     /// Chebyshev smoothing.
     Chebyshev,
-    /// Smoothed aggregation; in dynamics block Jacobi with rigid aggregates.
+    /// Smoothed aggregation.
     Aggregation,
     /// The Cholesky factor itself.
     Factor,
