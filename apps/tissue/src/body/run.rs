@@ -1,6 +1,7 @@
 //! A running scene of a body: one static solve, or time steps.
 
 use super::geometry::Geometry;
+use super::material::Tissue;
 use super::scene::{MassWord, Method, NewtonKind, PreconditionerKind, Scene, SchemeKind, TimeStage};
 use super::setup::Setup;
 use super::{frames, keys, picture, shape};
@@ -31,8 +32,12 @@ use stylet_solver::vector;
 /// The name of this application in a state file.
 pub(super) const APP: &str = "body";
 
-/// Rounding of the residual as a share of stiffness times size, which no solve can go below.
+/// Residual as a share of `E L^2` that rounding errors may leave of a static solve.
 const ROUND_OFF: f64 = 1e-12;
+
+/// As [`ROUND_OFF`], of a time step: a body without loads that has come to rest leaves no force to measure the residual
+/// against. The share is eps_round of eq. (6.9) of Nienhuys (2003) in the scenes with a needle.
+const ROUND_OFF_IN_MOTION: f64 = 1e-8;
 
 /// What a state file keeps: the scene as TOML, and what cannot be derived from it.
 #[derive(Clone, Serialize, Deserialize)]
@@ -95,7 +100,7 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Run<D, N, M> {
         let mut body = Body::with_materials(&geometry.mesh, laws, scene.mesh.thickness)
             .map_err(|e| refuse(format!("body: {e}")))?;
         body.set_threads(threads);
-        let mut since = stages.lap(Stage::Assemble, began);
+        let since = stages.lap(Stage::Assemble, began);
         let team = Team::new(threads);
         let subspace = setup.subspace(&geometry, 0.0);
         let u = shape::displacement(scene.start.as_ref(), &geometry, &subspace);
@@ -108,11 +113,11 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Run<D, N, M> {
                 MassWord::Consistent => MassKind::Consistent,
             };
             body.set_mass(kind, &Density::ByRegion(densities)).map_err(|e| refuse(format!("mass: {e}")))?;
-            since = stages.lap(Stage::Mass, since);
+            stages.lap(Stage::Mass, since);
             if time.lazy > 0.0 {
                 body.set_lazy(time.lazy);
             }
-            let mut one = Integrator::new(settings(scene, time), &team);
+            let mut one = Integrator::new(settings(scene, time, geometry.size(), &setup.tissues), &team);
             let fail = |e: stylet_physics::dynamics::DynamicsError| RunError::Step { step: 0, reason: e.to_string() };
             match &saved {
                 Some(saved) => one
@@ -126,7 +131,6 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Run<D, N, M> {
             }
             integrator = Some(one);
         }
-        let _ = since;
         let (mut measures, mut solved) = (Measures::default(), false);
         if let Some(saved) = saved {
             if saved.motion.u.len() != motion.u.len().max(D * geometry.mesh.n_vertex_slots()) {
@@ -181,7 +185,10 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Run<D, N, M> {
             first_step: statics.first_step,
             smallest_step: statics.smallest_step,
             max_iterations: usize::try_from(scene.solver.max_iterations).unwrap_or(usize::MAX),
-            ..StaticSettings::new(method, stop_rule(scene, geometry.size(), &setup.tissues))
+            ..StaticSettings::new(
+                method,
+                stop_rule(scene, ROUND_OFF, Criterion::Reaction, geometry.size(), &setup.tissues),
+            )
         };
         let points = geometry.mesh.points();
         let mut program = |share: f64, load: &mut [f64], u: &mut [f64]| {
@@ -336,7 +343,7 @@ fn drive<'a, const D: usize>(
     }
 }
 
-fn settings(scene: &Scene, time: &TimeStage) -> DynamicsSettings {
+fn settings(scene: &Scene, time: &TimeStage, size: f64, tissues: &[Tissue]) -> DynamicsSettings {
     let scheme = match time.scheme {
         SchemeKind::Newmark => Scheme::Newmark { beta: time.beta, gamma: time.gamma },
         SchemeKind::Trapezoid => Scheme::TRAPEZOID,
@@ -354,7 +361,7 @@ fn settings(scene: &Scene, time: &TimeStage) -> DynamicsSettings {
         scheme,
         solution,
         damping: Damping { mass: time.damping_mass, stiffness: time.damping_stiffness },
-        stop: StopRule { tolerance: scene.solver.tolerance, criterion: Criterion::External, round_floor: 0.0 },
+        stop: stop_rule(scene, ROUND_OFF_IN_MOTION, Criterion::External, size, tissues),
         max_inner_iterations: usize::try_from(scene.solver.max_iterations).unwrap_or(usize::MAX),
         adaptive: (time.adaptive > 0.0).then_some(adaptive),
         balance: true,
@@ -362,10 +369,10 @@ fn settings(scene: &Scene, time: &TimeStage) -> DynamicsSettings {
     }
 }
 
-fn stop_rule(scene: &Scene, size: f64, tissues: &[super::material::Tissue]) -> StopRule {
+fn stop_rule(scene: &Scene, round_off: f64, criterion: Criterion, size: f64, tissues: &[Tissue]) -> StopRule {
     let stiffest = tissues.iter().map(|tissue| tissue.young).fold(0.0, f64::max);
-    let round_floor = ROUND_OFF * stiffest * size * size;
-    StopRule { tolerance: scene.solver.tolerance, criterion: Criterion::Reaction, round_floor }
+    let round_floor = round_off * stiffest * size * size;
+    StopRule { tolerance: scene.solver.tolerance, criterion, round_floor }
 }
 
 fn preconditioning(kind: PreconditionerKind) -> Preconditioning {
