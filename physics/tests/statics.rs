@@ -8,8 +8,9 @@ mod cook;
 use stylet_mesh::SimplexMesh;
 use stylet_physics::body::{Body, boundary_traction};
 use stylet_physics::material::{Hyperelastic, Linear, NeoHookean, PlaneStress, StVenantKirchhoff};
+use stylet_physics::statics::Preconditioning;
 use stylet_physics::statics::{StaticError, StaticMethod, StaticReport, StaticSettings, StaticWorkspace, solve_static};
-use stylet_solver::nonlinear::{Preconditioning, StepModel};
+use stylet_solver::nonlinear::{Direction, StepModel};
 use stylet_solver::stop::Stop;
 use support::{YOUNG, clamped, random_vector, slab, stop};
 
@@ -31,8 +32,8 @@ fn pull<M: Hyperelastic<2>>(
 
 const METHODS: [StaticMethod; 3] = [
     StaticMethod::NewtonCg,
-    StaticMethod::NonlinearCg(StepModel::Curvature),
-    StaticMethod::NonlinearCg(StepModel::Secant),
+    StaticMethod::NonlinearCg { direction: Direction::PolakRibierePlus, step: StepModel::Curvature },
+    StaticMethod::NonlinearCg { direction: Direction::PolakRibierePlus, step: StepModel::Secant },
 ];
 
 #[test]

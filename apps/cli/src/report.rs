@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 use stylet_tissue::stages::WITHIN_SOLVE;
-use stylet_tissue::summary::{NeedleSummary, Summary};
+use stylet_tissue::summary::{BodySummary, NeedleSummary, Summary};
 
 /// The summary as text: what came out, where the time went, where the files are.
 pub fn text(summary: &Summary, folder: Option<&Path>) -> String {
@@ -53,17 +53,26 @@ fn seconds(s: f64) -> String {
 fn facts(summary: &Summary) -> Vec<(&'static str, String)> {
     let quality = &summary.quality;
     let mut facts = vec![
-        ("mesh", format!("{} nodes, {} triangles, {} unknowns", summary.nodes, summary.elements, summary.dofs)),
+        (
+            "mesh",
+            format!("{} nodes, {} {}, {} unknowns", summary.nodes, summary.elements, cells_word(summary), summary.dofs),
+        ),
         (
             "quality",
             format!(
-                "angles {:.1} to {:.1} degrees, worst triangle {:.3} (1 is equilateral)",
-                quality.min_angle_deg, quality.max_angle_deg, quality.min_quality
+                "angles {:.1} to {:.1} degrees, worst {} {:.3} (1 is equilateral)",
+                quality.min_angle_deg,
+                quality.max_angle_deg,
+                cell_word(summary),
+                quality.min_quality
             ),
         ),
     ];
     if let Some(needle) = &summary.needle {
         needle_facts(needle, &mut facts);
+    }
+    if let Some(body) = &summary.body {
+        body_facts(body, &mut facts);
     }
     facts.push(("strain energy", format!("{:.4e} J", summary.energy_j)));
     let solver = &summary.solver;
@@ -74,6 +83,10 @@ fn facts(summary: &Summary) -> Vec<(&'static str, String)> {
             solver.iterations_total, solver.iterations_mean, solver.iterations_max, solver.relative_residual
         ),
     ));
+    if let Some(bytes) = &summary.bytes {
+        let each = bytes.per_element;
+        facts.push(("memory", format!("{:.1} MB, {each:.0} bytes an element", 1e-6 * bytes.total as f64)));
+    }
     if solver.unconverged_solves > 0 {
         let (count, first) = (solver.unconverged_solves, solver.first_unconverged_cycle);
         facts.push(("NOT converged", format!("{count} solves, the first in {} {first}", step_word(summary))));
@@ -83,6 +96,26 @@ fn facts(summary: &Summary) -> Vec<(&'static str, String)> {
         facts.push(("probe", format!("({}) m moved by {}", at.join(", "), millimetres(&probe.displacement, 4))));
     }
     facts
+}
+
+fn cells_word(summary: &Summary) -> &'static str {
+    if cell_word(summary) == "triangle" { "triangles" } else { "tetrahedra" }
+}
+
+/// What a cell of the mesh is called.
+fn cell_word(summary: &Summary) -> &'static str {
+    if summary.dofs == 3 * summary.nodes { "tetrahedron" } else { "triangle" }
+}
+
+fn body_facts(body: &BodySummary, facts: &mut Vec<(&'static str, String)>) {
+    let (most, mean) = (fixed(1e3 * body.max_displacement_m, 4), millimetres(&body.mean_displacement_m, 4));
+    facts.push(("displacement", format!("at most {most} mm, on average {mean}")));
+    facts.push(("smallest J", format!("{:.4}", body.min_j)));
+    if !body.momentum.is_empty() {
+        facts.push(("time", format!("{:.4} s, kinetic energy {:.4e} J", body.time_s, body.kinetic_energy_j)));
+    }
+    facts.push(("residual", format!("{:.3e} N, {} nonlinear iterations", body.residual_n, body.nonlinear_iterations)));
+    facts.extend(body.warnings.iter().map(|warning| ("warning", warning.clone())));
 }
 
 fn needle_facts(needle: &NeedleSummary, facts: &mut Vec<(&'static str, String)>) {
@@ -150,10 +183,11 @@ fn stages(summary: &Summary, text: &mut String) {
 fn files(folder: &Path, text: &mut String) {
     line(text, &format!("Files in {}:", folder.display()));
     for (name, about) in [
-        ("mesh.svg", "the deformed mesh with the needle: look at this first"),
+        ("mesh.svg", "the deformed mesh: look at this first"),
         ("force.svg", "force at the base against insertion"),
         ("iterations.svg", "iterations of each cycle"),
-        ("history.csv", "one row a cycle"),
+        ("energy.svg", "strain, kinetic and load energy over time"),
+        ("history.csv", "one row a step or cycle"),
         ("summary.json", "this summary"),
         ("body.pvd", "frames of the mesh, for ParaView"),
         ("needle.pvd", "frames of the needle, for ParaView"),

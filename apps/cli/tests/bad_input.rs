@@ -54,7 +54,7 @@ fn scenes_that_are_none() {
         ("run garbage.toml", &["garbage.toml", "expected UTF-8 text"]),
         ("run zeros.toml", &["zeros.toml", "expected text"]),
         ("run syntax.toml", &["syntax.toml:2", "TOML"]),
-        ("run nothing.toml", &["nothing.toml", "expected [needle]"]),
+        ("run nothing.toml", &["nothing.toml", "expected [statics], [time] or [needle]"]),
         ("run /dev/null", &["/dev/null", "is empty"]),
     ] {
         refuses(&folder, arguments, parts);

@@ -164,17 +164,15 @@ const STAGES: &[Stage<Scene>] = &[
 const DENSITY: &[Column] = &[
     Column {
         name: "distance",
+        kind: between(Bound::Inclusive(0.0), Bound::Inclusive(10.0)),
         unit: "m",
-        min: Bound::Inclusive(0.0),
-        max: Bound::Inclusive(10.0),
         required: true,
         meaning: "behind the tip, increasing",
     },
     Column {
         name: "force",
+        kind: between(Bound::Inclusive(0.0), Bound::Inclusive(1e9)),
         unit: "N/m",
-        min: Bound::Inclusive(0.0),
-        max: Bound::Inclusive(1e9),
         required: true,
         meaning: "per length of the shaft",
     },
@@ -183,25 +181,22 @@ const DENSITY: &[Column] = &[
 const MOTION: &[Column] = &[
     Column {
         name: "depth",
+        kind: between(Bound::Inclusive(0.0), Bound::Inclusive(100.0)),
         unit: "m",
-        min: Bound::Inclusive(0.0),
-        max: Bound::Inclusive(100.0),
         required: true,
         meaning: "travel of the base since the start, increasing",
     },
     Column {
         name: "insert",
+        kind: between(Bound::Inclusive(-1.0), Bound::Inclusive(1.0)),
         unit: "m",
-        min: Bound::Inclusive(-1.0),
-        max: Bound::Inclusive(1.0),
         required: false,
         meaning: "insertion of the tip along the axis; left out: as in the row before",
     },
     Column {
         name: "sleeve",
+        kind: between(Bound::Inclusive(-1.0), Bound::Inclusive(1.0)),
         unit: "m",
-        min: Bound::Inclusive(-1.0),
-        max: Bound::Inclusive(1.0),
         required: false,
         meaning: "offset of the base to its left; left out: as in the row before",
     },

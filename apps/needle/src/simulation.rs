@@ -337,6 +337,8 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D> + 'static> stylet_tissue
                 first_unconverged_cycle: totals.first_unconverged,
             },
             needle: Some(self.needle_summary()),
+            body: None,
+            bytes: None,
             probes: probes.iter().map(|at| Probe { at: at.clone(), displacement: displacement_at(slab, at) }).collect(),
             quality: QualitySummary {
                 min_angle_deg: quality.min_angle_deg,

@@ -95,11 +95,10 @@ fn row_of(columns: &'static [Column], table: &dyn TableLike, at: &Place<'_>, sou
     for column in columns {
         match table.get(column.name) {
             Some(item) => {
-                let kind = Kind::Float { min: column.min, max: column.max };
-                row.set(column.name, value_of(kind, &at.key(column.name), item, source)?.float().unwrap_or(f64::NAN));
+                row.set(column.name, value_of(column.kind, &at.key(column.name), item, source)?);
             }
             None if column.required => {
-                let problem = Problem::MissingKey { key: at.key(column.name), expected: column.expected() };
+                let problem = Problem::MissingKey { key: at.key(column.name), expected: column.kind.expected() };
                 return Err((problem, at.span.clone()));
             }
             None => {}

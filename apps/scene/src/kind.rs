@@ -65,28 +65,19 @@ pub enum Kind {
     Rows(&'static [Column]),
 }
 
-/// One numeric column of an array of tables.
+/// One column of an array of tables.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Column {
     /// Its key in each table of the array.
     pub name: &'static str,
+    /// Type and range; an array of tables may stand in a row, written inline.
+    pub kind: Kind,
     /// Its unit, empty for a pure number.
     pub unit: &'static str,
-    /// Lower end of the range.
-    pub min: Bound,
-    /// Upper end of the range.
-    pub max: Bound,
     /// Whether every row has to name it.
     pub required: bool,
     /// What it is, in a sentence.
     pub meaning: &'static str,
-}
-
-impl Column {
-    /// What a message says that it wants, such as `a number >= 0`.
-    pub(crate) fn expected(&self) -> String {
-        Kind::Float { min: self.min, max: self.max }.expected()
-    }
 }
 
 impl Kind {

@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 
 use crate::sample::{Mesh, Needle, Scene, TABLE};
-use crate::{Row, SceneError};
+use crate::{Row, SceneError, Value};
 
 const SCENE: &str = r#"title = "slab"
 [mesh]
@@ -66,8 +66,17 @@ fn finite() -> impl Strategy<Value = f64> {
 }
 
 fn row() -> impl Strategy<Value = Row> {
-    (finite(), prop::option::of(finite()))
-        .prop_map(|(t, insert)| [("t", t.abs())].into_iter().chain(insert.map(|x| ("insert", x))).collect())
+    let way = prop::collection::vec(prop::collection::vec(finite(), 2..=3), 0..3);
+    (finite(), prop::option::of(finite()), prop::option::of(any::<String>()), way).prop_map(|(t, insert, note, way)| {
+        let mut row = Row::from_iter([("t", t.abs())]);
+        insert.into_iter().for_each(|x| row.set("insert", x));
+        note.into_iter().for_each(|note| row.set("note", Value::Text(note)));
+        if !way.is_empty() {
+            let points = way.into_iter().map(|to| Row::from_iter([("to", Value::Floats(to))]));
+            row.set("way", Value::Rows(points.collect()));
+        }
+        row
+    })
 }
 
 fn needle() -> impl Strategy<Value = Needle> {

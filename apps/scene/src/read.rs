@@ -9,6 +9,11 @@ use crate::error::{NAME_LIMIT, Place, Problem, REASON_LIMIT, SceneError, VALUE_L
 use crate::nearest::nearest;
 use crate::{Table, Value};
 
+/// Whether a text is TOML with a table of this name at its top.
+pub fn has_table(text: &str, name: &str) -> bool {
+    Document::parse(text).is_ok_and(|document| document.as_table().contains_table(name))
+}
+
 /// What a file says, checked but not yet stored.
 #[derive(Default)]
 struct Findings {
@@ -42,6 +47,24 @@ impl<S> Table<S> {
         self.walk(document.as_table(), "", text, &mut found).map_err(at)?;
         self.require_tables(&found).map_err(at)?;
         self.store(found, scene).map_err(at)
+    }
+
+    /// How many tables and keys of a text this table does not know; none of a text that is no TOML.
+    pub fn count_unknown(&self, text: &str) -> usize {
+        Document::parse(text).map_or(0, |document| self.count_unknown_in(document.as_table(), ""))
+    }
+
+    fn count_unknown_in(&self, table: &dyn TableLike, prefix: &str) -> usize {
+        let unknown = |(part, item): (&str, &toml_edit::Item)| {
+            let path = if prefix.is_empty() { shown_part(part) } else { format!("{prefix}.{}", shown_part(part)) };
+            match (self.key_index(&path), item.as_table_like()) {
+                // An array of tables and a table of one name are two things.
+                (Some(at), _) => usize::from(matches!(self.keys[at].kind, crate::Kind::Rows(_)) && item.is_table()),
+                (None, Some(inner)) if self.is_table(&path) => self.count_unknown_in(inner, &path),
+                _ => 1,
+            }
+        };
+        table.iter().map(unknown).sum()
     }
 
     /// Collects the keys of one TOML table, and of those within it.

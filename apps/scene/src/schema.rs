@@ -61,14 +61,29 @@ fn lines_of<S>(key: &Key<S>) -> Vec<Line> {
         escape(key.meaning),
     ]];
     if let Kind::Rows(columns) = key.kind {
-        lines.extend(columns.iter().map(|column| column_line(key.path, column, code, unit)));
+        column_lines(key.path, columns, code, unit, &mut lines);
     }
     lines
 }
 
+/// The columns of an array of tables, and of those within it.
+fn column_lines(
+    path: &str,
+    columns: &[Column],
+    code: impl Fn(&str) -> String + Copy,
+    unit: impl Fn(&str) -> String + Copy,
+    lines: &mut Vec<Line>,
+) {
+    for column in columns {
+        lines.push(column_line(path, column, code, unit));
+        if let Kind::Rows(inner) = column.kind {
+            column_lines(&format!("{path}.{}", column.name), inner, code, unit, lines);
+        }
+    }
+}
+
 fn column_line(path: &str, column: &Column, code: impl Fn(&str) -> String, unit: impl Fn(&str) -> String) -> Line {
-    let Column { name, min, max, .. } = *column;
-    let kind = Kind::Float { min, max };
+    let Column { name, kind, .. } = *column;
     [
         code(&format!("{path}.{name}")),
         kind.type_name().into(),

@@ -126,10 +126,13 @@ fn check_kind(kind: Kind) -> Result<(), String> {
         }
         Kind::Rows(columns) => {
             let names: Vec<_> = columns.iter().map(|column| column.name).collect();
-            match names.iter().find(|name| !is_bare(name)) {
-                Some(name) => Err(format!("column {name:?} is not a bare TOML key")),
-                None => check_names(&names),
+            if let Some(name) = names.iter().find(|name| !is_bare(name)) {
+                return Err(format!("column {name:?} is not a bare TOML key"));
             }
+            check_names(&names)?;
+            columns.iter().try_for_each(|column| {
+                check_kind(column.kind).map_err(|reason| format!("column {}: {reason}", column.name))
+            })
         }
         _ => Ok(()),
     }

@@ -93,35 +93,47 @@ impl Value {
     }
 }
 
-/// One table of an array of tables: numbers by column name. A column that the row does not name is not there, which is
+/// One table of an array of tables: values by column name. A column that the row does not name is not there, which is
 /// not the same as zero.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Row {
-    cells: Vec<(&'static str, f64)>,
+    cells: Vec<(&'static str, Value)>,
 }
 
 impl Row {
-    /// The number in a column, if the row names it.
+    /// The number in a column, if the row names it and it is one.
     pub fn get(&self, column: &str) -> Option<f64> {
-        self.cells.iter().find(|(name, _)| *name == column).map(|(_, x)| *x)
+        self.value(column)?.float().ok()
     }
 
-    /// Writes the number of a column, over an older one if there is one.
-    pub fn set(&mut self, column: &'static str, x: f64) {
+    /// The value in a column, if the row names it.
+    pub fn value(&self, column: &str) -> Option<&Value> {
+        self.cells.iter().find(|(name, _)| *name == column).map(|(_, value)| value)
+    }
+
+    /// Writes the value of a column, over an older one if there is one.
+    pub fn set(&mut self, column: &'static str, value: impl Into<Value>) {
+        let value = value.into();
         match self.cells.iter_mut().find(|(name, _)| *name == column) {
-            Some(cell) => cell.1 = x,
-            None => self.cells.push((column, x)),
+            Some(cell) => cell.1 = value,
+            None => self.cells.push((column, value)),
         }
     }
 
-    /// The columns present, with their numbers. A row that was read lists them in the order of the declaration.
-    pub fn cells(&self) -> &[(&'static str, f64)] {
+    /// The columns present, with their values. A row that was read lists them in the order of the declaration.
+    pub fn cells(&self) -> &[(&'static str, Value)] {
         &self.cells
     }
 }
 
-impl FromIterator<(&'static str, f64)> for Row {
-    fn from_iter<I: IntoIterator<Item = (&'static str, f64)>>(cells: I) -> Self {
+impl From<f64> for Value {
+    fn from(x: f64) -> Self {
+        Self::Float(x)
+    }
+}
+
+impl<V: Into<Value>> FromIterator<(&'static str, V)> for Row {
+    fn from_iter<I: IntoIterator<Item = (&'static str, V)>>(cells: I) -> Self {
         let mut row = Self::default();
         for (column, x) in cells {
             row.set(column, x);
@@ -143,10 +155,10 @@ mod tests {
     }
 
     #[test]
-    fn a_row_keeps_one_number_per_column() {
+    fn a_row_keeps_one_value_per_column() {
         let row: Row = [("t", 0.0), ("insert", 1.0), ("t", 2.0)].into_iter().collect();
         assert_eq!(row.get("t"), Some(2.0));
         assert_eq!(row.get("spin"), None);
-        assert_eq!(row.cells(), [("t", 2.0), ("insert", 1.0)]);
+        assert_eq!(row.cells(), [("t", Value::Float(2.0)), ("insert", Value::Float(1.0))]);
     }
 }

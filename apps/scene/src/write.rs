@@ -74,8 +74,8 @@ fn write_rows<S>(key: &Key<S>, columns: &[Column], rows: &[Row]) -> String {
     }
     for row in rows {
         text.push_str(&format!("\n[[{}]]\n", key.path));
-        for (name, x) in row.cells() {
-            text.push_str(&format!("{name} = {}\n", float(*x)));
+        for (name, value) in row.cells() {
+            text.push_str(&format!("{name} = {}\n", inline(value)));
         }
     }
     text
@@ -104,7 +104,7 @@ fn inline(value: &Value) -> String {
 }
 
 fn inline_row(row: &Row) -> String {
-    let cells: Vec<_> = row.cells().iter().map(|(name, x)| format!("{name} = {}", float(*x))).collect();
+    let cells: Vec<_> = row.cells().iter().map(|(name, value)| format!("{name} = {}", inline(value))).collect();
     format!("{{ {} }}", cells.join(", "))
 }
 

@@ -75,6 +75,14 @@ pub enum RunError {
         /// What the method says.
         reason: String,
     },
+    /// A step of a body that cannot be made, and why as far as it is known.
+    #[error("step {step}: {reason}")]
+    Step {
+        /// Step, from 1; 0 before the first.
+        step: usize,
+        /// What was found.
+        reason: String,
+    },
     /// An equilibrium that cannot be found for another reason.
     #[error("cycle {cycle}: {reason}")]
     Solve {
@@ -88,7 +96,14 @@ pub enum RunError {
 impl RunError {
     /// Whether the input is at fault (exit code 2), and not the computation (exit code 3).
     pub fn is_bad_input(&self) -> bool {
-        !matches!(self, Self::Mesh { .. } | Self::Inverting { .. } | Self::OutsideDomain { .. } | Self::Solve { .. })
+        !matches!(
+            self,
+            Self::Mesh { .. }
+                | Self::Step { .. }
+                | Self::Inverting { .. }
+                | Self::OutsideDomain { .. }
+                | Self::Solve { .. }
+        )
     }
 }
 

@@ -1,7 +1,7 @@
 //! Where the text of a scene comes from: a built-in name or a file.
 
 use crate::error::RunError;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// A scene that comes with the program.
 #[derive(Clone, Copy, Debug)]
@@ -23,6 +23,8 @@ pub struct Source {
     pub label: String,
     /// The TOML.
     pub text: String,
+    /// The folder of the file, which paths in it are relative to; the present one for a built-in scene.
+    pub folder: PathBuf,
 }
 
 /// Finds a built-in scene of this name, or reads the file.
@@ -32,7 +34,7 @@ pub struct Source {
 pub fn find(name_or_path: &str, built_in: &[BuiltIn]) -> Result<Source, RunError> {
     if let Some(scene) = built_in.iter().find(|scene| scene.name == name_or_path) {
         let label = format!("built-in scene {}", scene.name);
-        return Ok(Source { name: scene.name.to_owned(), label, text: scene.toml.to_owned() });
+        return Ok(Source { name: scene.name.to_owned(), label, text: scene.toml.to_owned(), folder: PathBuf::new() });
     }
     let path = Path::new(name_or_path);
     // Whatever has neither a slash nor an ending was meant as a name.
@@ -47,5 +49,6 @@ pub fn find(name_or_path: &str, built_in: &[BuiltIn]) -> Result<Source, RunError
     }
     let text = stylet_scene::load(path)?;
     let name = path.file_stem().map_or_else(|| "scene".to_owned(), |stem| stem.to_string_lossy().into_owned());
-    Ok(Source { name, label: name_or_path.to_owned(), text })
+    let folder = path.parent().map_or_else(PathBuf::new, Path::to_owned);
+    Ok(Source { name, label: name_or_path.to_owned(), text, folder })
 }

@@ -11,7 +11,11 @@ pub enum Stage {
     Mesh,
     /// Building and patching the body: element gradients and, for a linear material, its stiffness.
     Assemble,
-    /// Loads from a line density.
+    /// Masses of the nodes.
+    Mass,
+    /// Finding the nodes that constraints pick.
+    Constrain,
+    /// Loads: from a line density, gravity, tractions.
     Load,
     /// Moving the base and the nodes that stick to it.
     Move,
@@ -33,14 +37,18 @@ pub enum Stage {
     Rearrange,
     /// Letting go of nodes ahead of the tip.
     Release,
+    /// Finding out what keeps a solve from an equilibrium.
+    Diagnose,
 }
 
 /// Number of stages.
-pub const N_STAGES: usize = 13;
+pub const N_STAGES: usize = 16;
 
 const NAMES: [&str; N_STAGES] = [
     "mesh",
     "assemble",
+    "mass",
+    "constrain",
     "load",
     "move",
     "locate",
@@ -52,6 +60,7 @@ const NAMES: [&str; N_STAGES] = [
     "linearize",
     "rearrange",
     "release",
+    "diagnose",
 ];
 
 /// The name of a stage that stands within another one, whose seconds it shares.

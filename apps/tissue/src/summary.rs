@@ -38,6 +38,12 @@ pub struct Summary {
     /// The needle; absent where the scene has none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub needle: Option<NeedleSummary>,
+    /// The body at the end of a run; absent in a scene with a needle.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub body: Option<BodySummary>,
+    /// Memory; absent where nobody counts it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bytes: Option<Bytes>,
     /// Displacements at the points asked for.
     pub probes: Vec<Probe>,
     /// Quality of the cells in the undeformed mesh.
@@ -83,6 +89,48 @@ pub struct NeedleSummary {
     pub nodes: usize,
     /// Those of them that stick.
     pub sticking: usize,
+}
+
+/// A body without a needle at the end of a run.
+#[derive(Clone, PartialEq, Debug, Default, Serialize)]
+pub struct BodySummary {
+    /// Time, s; 0 in statics.
+    pub time_s: f64,
+    /// Kinetic energy, J.
+    pub kinetic_energy_j: f64,
+    /// Potential of the loads, J.
+    pub load_energy_j: f64,
+    /// Momentum, kg m/s; empty in statics.
+    pub momentum: Vec<f64>,
+    /// Largest displacement of a vertex, m.
+    pub max_displacement_m: f64,
+    /// Mean displacement of the volume, m.
+    pub mean_displacement_m: Vec<f64>,
+    /// Smallest det F.
+    pub min_j: f64,
+    /// Deformed volume, m^3 (m^2 times thickness in 2D).
+    pub volume_m3: f64,
+    /// Free residual of the last solve, N, and what it was compared with.
+    pub residual_n: f64,
+    /// Steps of the nonlinear method (or of the linear one) in all.
+    pub nonlinear_iterations: u64,
+    /// Load steps that converged; 0 in dynamics.
+    pub load_steps: usize,
+    /// Load steps or time steps that failed and were tried again, shorter.
+    pub failed_steps: u64,
+    /// Element stiffnesses that were evaluated at a deformation; 0 for a linear material, which is assembled once.
+    pub elements_linearized: u64,
+    /// What looks wrong with the scene, a line each.
+    pub warnings: Vec<String>,
+}
+
+/// Memory that mesh, body, matrices and state take, spare room included.
+#[derive(Clone, Copy, PartialEq, Debug, Default, Serialize)]
+pub struct Bytes {
+    /// In all.
+    pub total: usize,
+    /// By element.
+    pub per_element: f64,
 }
 
 /// A point of the undeformed body and its displacement, m.

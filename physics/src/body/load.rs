@@ -220,6 +220,19 @@ impl<const D: usize> Piece<D> {
     }
 }
 
+/// Area (m^2; length in two dimensions) of the facet of a cell opposite the corner of this index.
+pub fn facet_area<const D: usize, const N: usize>(corners: &[[f64; D]; N], opposite: usize) -> f64 {
+    // |facet| = D volume |gradient of the opposite coordinate|.
+    let edges = SMatrix::<f64, D, D>::from_fn(|i, k| corners[i + 1][k] - corners[0][k]);
+    let dual = cofactor(&edges);
+    let normal: [f64; D] = std::array::from_fn(|k| match opposite {
+        0 => -(0..D).map(|i| dual[(i, k)]).sum::<f64>(),
+        _ => dual[(opposite - 1, k)],
+    });
+    let factorial: f64 = (2..D).map(|k| k as f64).product();
+    dot(&normal, &normal).sqrt() / factorial
+}
+
 /// Adds to `load` (N, flat) the nodal forces of a uniform `traction` (Pa) on the boundary facets whose corners all
 /// satisfy `on_surface`, and returns their area (m^2). In two dimensions the area is length times `thickness` (m), in
 /// three `thickness` is 1.
@@ -244,15 +257,7 @@ pub fn boundary_traction<const D: usize, const N: usize>(
         if !facet.clone().all(|a| on_surface(&corners[a])) {
             continue;
         }
-        // |facet| = D volume |gradient of the opposite coordinate|.
-        let edges = SMatrix::<f64, D, D>::from_fn(|i, k| corners[i + 1][k] - corners[0][k]);
-        let dual = cofactor(&edges);
-        let normal: [f64; D] = std::array::from_fn(|k| match opposite {
-            0 => -(0..D).map(|i| dual[(i, k)]).sum::<f64>(),
-            _ => dual[(opposite - 1, k)],
-        });
-        let factorial: f64 = (2..D).map(|k| k as f64).product();
-        let area = dot(&normal, &normal).sqrt() / factorial * thickness;
+        let area = facet_area(&corners, opposite) * thickness;
         total += area;
         for a in facet {
             for k in 0..D {

@@ -25,7 +25,7 @@ mod star;
 mod stored;
 
 pub use lazy::LazyRule;
-pub use load::{LoadError, boundary_traction, segment_load};
+pub use load::{LoadError, boundary_traction, facet_area, segment_load};
 pub use loaded::Loaded;
 pub use mass::{Density, MassKind};
 
@@ -478,6 +478,14 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
     /// Whether linearisations project the tangent.
     pub fn is_projected(&self) -> bool {
         self.project
+    }
+
+    /// `det F` of a cell at the displacement `u` (m); `None` if it has no element.
+    ///
+    /// # Panics
+    /// If `u` does not have `D` entries per vertex.
+    pub fn jacobian(&self, cell: CellId, u: &[f64]) -> Option<f64> {
+        Some(determinant(&self.deformation_gradient(cell, u)?))
     }
 
     /// Deformation gradient of a cell at the displacement `u` (m); `None` if it has no element.

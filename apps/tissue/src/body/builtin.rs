@@ -1,0 +1,208 @@
+//! The scenes of bodies that come with the program, and reading scenes from files.
+
+use super::geometry::{AnyGeometry, Geometry};
+use super::keys::TABLE;
+use super::material::all_linear;
+use super::run::{APP, Run, SavedRun};
+use super::scene::{PreconditionerKind, Scene, Shape};
+use super::setup::Setup;
+use crate::error::RunError;
+use crate::scenario::Scenario;
+use crate::simulation::Simulation;
+use crate::source::{BuiltIn, Source};
+use crate::stages::{Stage, Stages};
+use crate::state::{Saved, check_same_scene};
+use std::time::Instant;
+use stylet_physics::material::{Hyperelastic, Linear, Solid};
+
+/// The scenes of bodies that come with the program.
+pub const SCENES: &[BuiltIn] = &[
+    BuiltIn {
+        name: "block-drop",
+        about: "a soft block hangs from its top under gravity and is let go",
+        toml: include_str!("../../scenes/block-drop.toml"),
+    },
+    BuiltIn {
+        name: "beam-bend",
+        about: "a beam clamped at one end bends under its weight",
+        toml: include_str!("../../scenes/beam-bend.toml"),
+    },
+    BuiltIn {
+        name: "beam-twist",
+        about: "a beam whose far end is turned by a quarter of a turn",
+        toml: include_str!("../../scenes/beam-twist.toml"),
+    },
+    BuiltIn {
+        name: "crush-recover",
+        about: "a cube crushed to a point (start.shape: plane, line, scramble) comes back to rest",
+        toml: include_str!("../../scenes/crush-recover.toml"),
+    },
+];
+
+/// A scene that was read, with its mesh.
+pub struct Opened {
+    scene: Scene,
+    geometry: AnyGeometry,
+    stages: Stages,
+}
+
+/// Reads the text of a scene with `key=value` assignments on top, makes or reads its mesh, and checks that all goes together.
+///
+/// # Errors
+/// [`RunError`] in one line: the file, the key or line, what was found and what was expected.
+pub fn open(source: &Source, assignments: &[String]) -> Result<Opened, RunError> {
+    let mut scene = Scene {
+        name: source.name.clone(),
+        label: source.label.clone(),
+        folder: source.folder.clone(),
+        ..Scene::default()
+    };
+    TABLE.read(&source.label, &source.text, &mut scene)?;
+    for assignment in assignments {
+        TABLE.set(&mut scene, assignment)?;
+    }
+    check(&scene).map_err(|reason| RunError::Inconsistent { source_name: source.label.clone(), reason })?;
+    let mut stages = Stages::default();
+    let since = Instant::now();
+    let geometry = AnyGeometry::of(&scene)?;
+    stages.lap(Stage::Mesh, since);
+    let opened = Opened { scene, geometry, stages };
+    // Places, loads and supports are input too: what is wrong with them is said before a run begins.
+    match &opened.geometry {
+        AnyGeometry::Plane(geometry) => Setup::new(&opened.scene, geometry, &mut Stages::default()).map(drop)?,
+        AnyGeometry::Space(geometry) => Setup::new(&opened.scene, geometry, &mut Stages::default()).map(drop)?,
+    }
+    Ok(opened)
+}
+
+fn check(scene: &Scene) -> Result<(), String> {
+    match (&scene.statics, &scene.time) {
+        (None, None) => return Err("found neither [statics] nor [time], expected [statics], [time] or [needle]".into()),
+        (Some(_), Some(_)) => return Err("time: found beside [statics], expected only one of the two".into()),
+        _ => {}
+    }
+    let tissues = super::material::tissues(scene)?;
+    if let Some(method) = scene.statics.as_ref().and_then(|statics| statics.method) {
+        use super::scene::Method::{Cg, Ldlt, Llt};
+        if matches!(method, Cg | Llt | Ldlt) && all_linear(&tissues).is_none() {
+            return Err(
+                "statics.method: found cg, llt or ldlt, expected newton-cg or another method for nonlinear materials"
+                    .into(),
+            );
+        }
+    }
+    if scene.time.is_some() && scene.solver.preconditioner != PreconditionerKind::BlockJacobi {
+        return Err("solver.preconditioner: found another one, expected block-jacobi in a scene with [time]".into());
+    }
+    let crushed = scene.start.as_ref().is_some_and(|start| start.shape != Shape::Rest);
+    if crushed && tissues.iter().any(|tissue| Hyperelastic::<3>::requires_positive_j(&tissue.law)) {
+        return Err(
+            "start.shape: found a crushed start, expected rest: material.model does not bear elements turned inside out".into(),
+        );
+    }
+    Ok(())
+}
+
+impl Opened {
+    fn run(&self, threads: usize, saved: Option<SavedRun>) -> Result<Box<dyn Simulation>, RunError> {
+        match &self.geometry {
+            AnyGeometry::Plane(geometry) => self.run_in(geometry, threads, saved),
+            AnyGeometry::Space(geometry) => self.run_in(geometry, threads, saved),
+        }
+    }
+
+    /// The material is looked at once, here; everything below is compiled for it.
+    fn run_in<const D: usize, const N: usize>(
+        &self,
+        geometry: &Geometry<D, N>,
+        threads: usize,
+        saved: Option<SavedRun>,
+    ) -> Result<Box<dyn Simulation>, RunError>
+    where
+        Linear: Hyperelastic<D>,
+        Solid: Hyperelastic<D>,
+    {
+        let mut stages = self.stages;
+        let setup = Setup::new(&self.scene, geometry, &mut stages)?;
+        let geometry = geometry.clone();
+        if let Some(laws) = all_linear(&setup.tissues) {
+            return Ok(Box::new(Run::open(&self.scene, geometry, setup, &laws, threads, saved, stages)?));
+        }
+        let laws: Vec<(u32, Solid)> =
+            setup.tissues.iter().enumerate().map(|(region, tissue)| (region as u32, tissue.law)).collect();
+        Ok(Box::new(Run::open(&self.scene, geometry, setup, &laws, threads, saved, stages)?))
+    }
+}
+
+impl Scenario for Opened {
+    fn name(&self) -> &str {
+        &self.scene.name
+    }
+
+    fn dim(&self) -> usize {
+        match self.geometry {
+            AnyGeometry::Plane(_) => 2,
+            AnyGeometry::Space(_) => 3,
+        }
+    }
+
+    fn frames_every(&self) -> usize {
+        self.scene.output.as_ref().map_or(0, |output| usize::try_from(output.frames).unwrap_or(0))
+    }
+
+    fn check_probes(&self, probes: &[Vec<f64>]) -> Result<(), RunError> {
+        let outside = |at: &&Vec<f64>| match &self.geometry {
+            AnyGeometry::Plane(geometry) => holds(geometry, at),
+            AnyGeometry::Space(geometry) => holds(geometry, at),
+        };
+        let extent = match &self.geometry {
+            AnyGeometry::Plane(geometry) => geometry.extent(),
+            AnyGeometry::Space(geometry) => geometry.extent(),
+        };
+        match probes.iter().find(|at| !outside(at)) {
+            Some(at) => Err(RunError::Probe { at: at.clone(), body: format!("body, which reaches {extent}") }),
+            None => Ok(()),
+        }
+    }
+
+    fn start(&self, threads: usize) -> Result<Box<dyn Simulation>, RunError> {
+        self.run(threads, None)
+    }
+
+    fn resume(&self, saved: &Saved, threads: usize) -> Result<Box<dyn Simulation>, RunError> {
+        let refuse = |reason| RunError::State { path: "state".to_owned(), reason };
+        let saved: SavedRun = saved.decode(APP).map_err(refuse)?;
+        let mut scene = Scene::default();
+        TABLE.read("state", &saved.toml, &mut scene)?;
+        check_same_scene(&TABLE, &scene, &self.scene).map_err(refuse)?;
+        self.run(threads, Some(saved))
+    }
+
+    fn unreached(&self) -> String {
+        let solver = &self.scene.solver;
+        format!("solver.tolerance = {:e} within solver.max_iterations = {}", solver.tolerance, solver.max_iterations)
+    }
+}
+
+/// Whether the undeformed body holds a point.
+fn holds<const D: usize, const N: usize>(geometry: &Geometry<D, N>, at: &[f64]) -> bool {
+    at.try_into().is_ok_and(|at: [f64; D]| geometry.mesh.locate(at).is_some())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::source::find;
+
+    #[test]
+    fn built_in_scenes_are_sound_and_survive_writing() {
+        for built_in in SCENES {
+            assert!(built_in.toml.lines().count() <= 40, "{}", built_in.name);
+            let opened = open(&find(built_in.name, SCENES).unwrap(), &[]).unwrap();
+            let Scene { name, label, folder, .. } = opened.scene.clone();
+            let mut again = Scene { name, label, folder, ..Scene::default() };
+            TABLE.read("written", &TABLE.write(&opened.scene), &mut again).unwrap();
+            assert_eq!(opened.scene, again);
+        }
+    }
+}

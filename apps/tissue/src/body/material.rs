@@ -1,0 +1,60 @@
+//! Materials by region: `[material]` and the rows of `[[region]]`.
+
+use super::scene::{MaterialStage, Scene};
+use stylet_physics::material::{Linear, Solid};
+use stylet_scene::Row;
+
+/// A law with the density that belongs to it.
+#[derive(Clone, PartialEq, Debug)]
+pub(super) struct Tissue {
+    pub law: Solid,
+    pub model: String,
+    pub young: f64,
+    pub poisson: f64,
+    pub density: f64,
+}
+
+/// Checks a row of `[[region]]`, as far as it can be checked alone.
+pub(super) fn check_row(row: &Row) -> Result<(), String> {
+    let places = ["tag", "group", "box"].iter().filter(|name| row.value(name).is_some()).count();
+    if places > 1 {
+        return Err("found more than one of tag, group and box, expected at most one".into());
+    }
+    Ok(())
+}
+
+/// The tissues of a scene: that of `[material]`, then one for each `[[region]]`.
+///
+/// # Errors
+/// Keys, what was found and what was expected.
+pub(super) fn tissues(scene: &Scene) -> Result<Vec<Tissue>, String> {
+    let base = &scene.material;
+    let mut tissues = vec![tissue(base).map_err(|reason| format!("material: {reason}"))?];
+    for (index, row) in scene.regions.iter().enumerate() {
+        let number = |name: &str, otherwise: f64| row.get(name).unwrap_or(otherwise);
+        let model = row.value("model").and_then(|value| value.text().ok()).unwrap_or(&base.model);
+        let own = MaterialStage {
+            model: model.to_owned(),
+            young: number("young", base.young),
+            poisson: number("poisson", base.poisson),
+            density: number("density", base.density),
+        };
+        tissues.push(tissue(&own).map_err(|reason| format!("region (row {}): {reason}", index + 1))?);
+    }
+    Ok(tissues)
+}
+
+fn tissue(stage: &MaterialStage) -> Result<Tissue, String> {
+    let MaterialStage { model, young, poisson, density } = stage.clone();
+    let law = Solid::from_young_poisson(&model, young, poisson).map_err(|e| e.to_string())?;
+    Ok(Tissue { law, model, young, poisson, density })
+}
+
+/// The laws by region, if all of them are linear: a body of constant stiffness, which is assembled once.
+pub(super) fn all_linear(tissues: &[Tissue]) -> Option<Vec<(u32, Linear)>> {
+    let linear = |(index, tissue): (usize, &Tissue)| match tissue.law {
+        Solid::Linear(law) => Some((index as u32, law)),
+        _ => None,
+    };
+    tissues.iter().enumerate().map(linear).collect()
+}
