@@ -1,9 +1,7 @@
 //! The reference of all keys in the documentation is what the program prints.
 
-mod support;
-
+use crate::support::Folder;
 use std::path::PathBuf;
-use support::Folder;
 
 /// What precedes the keys in the file.
 const HEAD: &str = "# Keys of a scene file\n\nWhat `stylet scenes --schema` prints; a test keeps it so.\n\n";

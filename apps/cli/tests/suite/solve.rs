@@ -1,10 +1,8 @@
 //! `stylet solve`.
 
-mod support;
-
+use crate::support::{Folder, json, refuses, stderr};
 use serde_json::Value;
 use std::path::Path;
-use support::{Folder, json, refuses, stderr};
 
 /// The files that SciPy wrote: a 4 x 4 grid, a load and two constraints.
 fn samples() -> Folder {

@@ -1,9 +1,7 @@
 //! Scenes of bodies from the outside: the built-in ones, a mesh of one's own, what a scene pays for, and going on.
 
-mod support;
-
+use crate::support::{Folder, json, stderr, without_seconds};
 use serde_json::Value;
-use support::{Folder, json, stderr, without_seconds};
 
 fn summary(folder: &Folder, arguments: &str) -> Value {
     json(&folder.succeed(&format!("run {arguments} --json --quiet --no-files")))

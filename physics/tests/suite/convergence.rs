@@ -1,13 +1,11 @@
 //! Order of P1 elements on manufactured solutions: a smooth displacement is prescribed, the body force that balances it
 //! follows from the material, `b = -Div P`, and the error in L2 must fall as h^2.
 
-mod support;
-
+use crate::support::{YOUNG, clamped, mapped_box, solve};
 use nalgebra::SMatrix;
 use stylet_mesh::SimplexMesh;
 use stylet_physics::body::Body;
 use stylet_physics::material::{Hyperelastic, Linear, NeoHookean, PlaneStress};
-use support::{YOUNG, clamped, mapped_box, solve};
 
 /// Amplitude of the displacement, in units of the side: strains of up to some 20 %.
 const AMPLITUDE: f64 = 0.05;

@@ -1,8 +1,6 @@
 //! Whatever is wrong with the input: exit code 2 and one line that names the thing, what was found and what was expected.
 
-mod support;
-
-use support::{Folder, expect_refusal, refuses};
+use crate::support::{Folder, expect_refusal, refuses};
 
 #[test]
 fn arguments() {
@@ -80,7 +78,7 @@ fn keys_of_a_scene_file() {
         folder.file("s.toml", base.replace(old, new));
         let output = folder.run("run s.toml --no-files");
         // A part may hold alternatives.
-        let line = support::stderr(&output);
+        let line = crate::support::stderr(&output);
         let found: Vec<&str> =
             parts.iter().map(|part| part.split('|').find(|p| line.contains(p)).unwrap_or(part)).collect();
         expect_refusal(&output, &format!("run s.toml with {new}"), &found);

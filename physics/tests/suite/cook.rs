@@ -10,13 +10,11 @@
 //! ```
 //! Source: Cook (1974), J. Struct. Div. ASCE 100; reference values from graded high-order elements.
 
-mod support;
-
+use crate::support::{clamped, constrain, mapped_box, probe, solve};
 use stylet_mesh::SimplexMesh;
 use stylet_physics::body::{Body, boundary_traction};
 use stylet_physics::material::{Hyperelastic, Linear, NeoHookean, PlaneStress, StVenantKirchhoff};
 use stylet_solver::subspace::Constraint;
-use support::{clamped, constrain, mapped_box, probe, solve};
 
 /// The panel in `n x n` quadrilaterals, two triangles each.
 fn panel(n: usize) -> SimplexMesh<2, 3> {

@@ -1,8 +1,6 @@
 //! Hostile input to scenes of bodies: exit code 2 and one line.
 
-mod support;
-
-use support::{Folder, refuses};
+use crate::support::{Folder, refuses};
 
 const STATIC: &str = "[mesh]\nfile = \"m.msh\"\n[[constraint]]\nplane = [0.0, 0.0, 1.0, 0.0]\n[statics]\n";
 

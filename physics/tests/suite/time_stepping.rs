@@ -1,8 +1,7 @@
 //! Time integration against closed forms: an oscillator of one degree of freedom, free fall, a free body, and the order of
 //! convergence. The figures are those of validation sheet F.
 
-mod support;
-
+use crate::support::{YOUNG, at, clamped, distorted_box, random_vector};
 use std::f64::consts::PI;
 use stylet_mesh::generate::kuhn_box;
 use stylet_mesh::{SimplexMesh, VertexId};
@@ -12,7 +11,6 @@ use stylet_physics::material::{Hyperelastic, Linear, NeoHookean, StVenantKirchho
 use stylet_solver::energy::Energy;
 use stylet_solver::subspace::{Constraint, Subspace};
 use stylet_solver::team::Team;
-use support::{YOUNG, at, clamped, distorted_box, random_vector};
 
 /// Newton's method, far enough for the order of the scheme to show.
 const NEWTON: Solution = Solution::Newton { max_iterations: 50 };

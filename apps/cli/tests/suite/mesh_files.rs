@@ -1,10 +1,8 @@
 //! `stylet mesh convert`, and mesh files in and out of the other commands.
 #![cfg(unix)]
 
-mod support;
-
+use crate::support::{Folder, json, refuses};
 use serde_json::{Value, json as value};
-use support::{Folder, json, refuses};
 
 /// Two tetrahedra of two regions, with three tagged triangles on the boundary, names, and a field.
 const BLOCK: &str = "\

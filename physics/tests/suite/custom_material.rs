@@ -1,6 +1,6 @@
 //! The example of a law of one's own.
 
-#[path = "../examples/custom_material.rs"]
+#[path = "../../examples/custom_material.rs"]
 mod custom_material;
 
 /// A bar under tension and compression carries the stress of a point whose sides are free, and stiffens towards its limit.

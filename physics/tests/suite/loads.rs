@@ -1,11 +1,9 @@
 //! Line and surface loads: exact integrals, total force and moment.
 
-mod support;
-
+use crate::support::{distorted_box, slab};
 use proptest::prelude::*;
 use stylet_mesh::SimplexMesh;
 use stylet_physics::body::{LoadError, boundary_traction, segment_load};
-use support::{distorted_box, slab};
 
 /// Work of a load on a displacement field given by its values at the vertices.
 fn work<const D: usize, const N: usize>(

@@ -1,13 +1,11 @@
 //! Closed streams, Ctrl-C, and what goes to which stream.
 #![cfg(unix)]
 
-mod support;
-
+use crate::support::{Folder, json, stderr, table};
 use serde_json::Value;
 use std::os::unix::process::ExitStatusExt as _;
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
-use support::{Folder, json, stderr, table};
 
 const SHORT: &str = "slab2d-insertion --set needle.speed=0.5 --set needle.depth=0.03";
 

@@ -1,15 +1,13 @@
 //! Materials and densities by region, mass, parts of the assembly: what follows a mesh change has the bits of what is made
 //! afresh.
 
-mod support;
-
+use crate::support::{YOUNG, random_vector};
 use proptest::prelude::*;
 use stylet_mesh::generate::kuhn_box;
 use stylet_mesh::{CellId, MeshChange, SimplexMesh};
 use stylet_physics::body::{Body, BodyError, Density, LazyRule, MassKind};
 use stylet_physics::material::{Hyperelastic, Linear, NeoHookean, StVenantKirchhoff};
 use stylet_solver::energy::Energy;
-use support::{YOUNG, random_vector};
 
 /// A box of three layers along the first axis, regions 3, 7 and 9, and then some bisections.
 fn layers<const D: usize, const N: usize>(n: usize) -> SimplexMesh<D, N> {

@@ -1,10 +1,8 @@
 //! `stylet mesh coarsen` and `stylet mesh remesh`: what is done is undone.
 #![cfg(unix)]
 
-mod support;
-
+use crate::support::{Folder, json, refuses, table};
 use serde_json::{Value, json as value};
-use support::{Folder, json, refuses, table};
 
 const NEEDLE: &str = "--segment=-0.01,0.431,0.527,0.713,0.489,0.561 --size 0.0078125";
 

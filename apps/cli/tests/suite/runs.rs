@@ -1,9 +1,7 @@
 //! Runs from the outside: the summary, the files, and what a run does not do.
 
-mod support;
-
+use crate::support::{Folder, json, stderr, table, without_seconds};
 use serde_json::Value;
-use support::{Folder, json, stderr, table, without_seconds};
 
 /// An insertion of a second or less.
 const SHORT: &str = "slab2d-insertion --set needle.speed=0.5 --set needle.depth=0.03";

@@ -1,12 +1,10 @@
 //! `stylet mesh`: counts that are known exactly, reports as JSON, pictures, repair, hostile arguments.
 #![cfg(unix)]
 
-mod support;
-
+use crate::support::{Folder, json, refuses, stderr};
 use serde_json::Value;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
-use support::{Folder, json, refuses, stderr};
 
 const NEEDLE: &str = "--segment=-0.01,0.431,0.527,0.713,0.489,0.561 --size 0.0078125";
 

@@ -1,11 +1,9 @@
 //! The body as an energy: gradient, Hessian, safe steps, definiteness.
 
-mod support;
-
+use crate::support::{YOUNG, distorted_box, random_vector, slab};
 use stylet_physics::body::{Body, Loaded};
 use stylet_physics::material::{Hyperelastic, Linear, NeoHookean, PlaneStress, StVenantKirchhoff};
 use stylet_solver::energy::{BlockHessian, Energy};
-use support::{YOUNG, distorted_box, random_vector, slab};
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()

@@ -1,12 +1,10 @@
 //! The slab of Nienhuys (2003) under a line load: 10 N/m along y = 0.05 for x from 0 to 0.07, and 0.3 N more on its last
 //! 2.5 mm. Plane stress, right edge fixed, E 34 kPa, nu 0.34; reference values from high-order elements.
 
-mod support;
-
+use crate::support::{YOUNG, clamped, probe, slab, solve};
 use stylet_mesh::{MeshChange, SimplexMesh};
 use stylet_physics::body::{Body, segment_load};
 use stylet_physics::material::{Hyperelastic, Linear, NeoHookean, PlaneStress};
-use support::{YOUNG, clamped, probe, slab, solve};
 
 /// The slab with legs of level `start`, and around the load down to level `finest`, each level in a band of eight of its
 /// legs on either side: the stress falls off with the distance from the load, not at once.

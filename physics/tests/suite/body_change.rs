@@ -1,12 +1,10 @@
 //! A body that follows a mesh has the bits of one made afresh, whatever it went through and on any number of threads.
 
-mod support;
-
+use crate::support::{YOUNG, distorted_box, random_vector, slab};
 use stylet_mesh::{CellId, MeshChange, SimplexMesh, VertexId};
 use stylet_physics::body::{Body, BodyError};
 use stylet_physics::material::{Hyperelastic, Linear, NeoHookean, PlaneStress, StVenantKirchhoff};
 use stylet_solver::energy::Energy;
-use support::{YOUNG, distorted_box, random_vector, slab};
 
 fn bits(values: &[f64]) -> Vec<u64> {
     values.iter().map(|x| x.to_bits()).collect()

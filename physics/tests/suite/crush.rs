@@ -1,14 +1,12 @@
 //! A crushed or scrambled cube comes back to rest, for laws that are defined under inversion: validation sheet J1 and J2 on a
 //! small mesh, at Poisson's ratio 0.3.
 
-mod support;
-
+use crate::support::{YOUNG, clamped, random};
 use stylet_mesh::generate::kuhn_box;
 use stylet_physics::body::{Body, Density, MassKind};
 use stylet_physics::dynamics::{Damping, Drive, DynamicsSettings, Integrator, Scheme, Solution};
 use stylet_physics::material::{Corotated, FixedCorotated, Hyperelastic, StableNeoHookean};
 use stylet_solver::team::Team;
-use support::{YOUNG, clamped, random};
 
 const SIDE: f64 = 0.1;
 

@@ -1,10 +1,9 @@
 //! The static driver: every method finds the same equilibrium, load steps adapt, failures name the culprit.
 
-mod support;
-
-#[path = "../examples/cook.rs"]
+#[path = "../../examples/cook.rs"]
 mod cook;
 
+use crate::support::{YOUNG, clamped, random_vector, slab, stop};
 use stylet_mesh::SimplexMesh;
 use stylet_physics::body::{Body, boundary_traction};
 use stylet_physics::material::{Hyperelastic, Linear, NeoHookean, PlaneStress, StVenantKirchhoff};
@@ -12,7 +11,6 @@ use stylet_physics::statics::Preconditioning;
 use stylet_physics::statics::{StaticError, StaticMethod, StaticReport, StaticSettings, StaticWorkspace, solve_static};
 use stylet_solver::nonlinear::{Direction, StepModel};
 use stylet_solver::stop::Stop;
-use support::{YOUNG, clamped, random_vector, slab, stop};
 
 /// A slab pulled to the left by `force` (N), clamped on the right.
 fn pull<M: Hyperelastic<2>>(

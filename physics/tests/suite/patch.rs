@@ -1,14 +1,12 @@
 //! Patch tests: affine displacements on distorted meshes give constant stress; rigid motions give no force.
 
-mod support;
-
+use crate::support::{YOUNG, clamped, distorted_box, random_vector, solve};
 use nalgebra::{Matrix2, Matrix3, Rotation3, SMatrix, SVector, Vector3};
 use stylet_mesh::SimplexMesh;
 use stylet_physics::body::Body;
 use stylet_physics::material::{
     Corotated, FixedCorotated, Hyperelastic, Linear, NeoHookean, PlaneStress, StVenantKirchhoff, StableNeoHookean,
 };
-use support::{YOUNG, clamped, distorted_box, random_vector, solve};
 
 const SIDE: f64 = 0.1;
 

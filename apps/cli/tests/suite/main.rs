@@ -1,0 +1,14 @@
+//! The tests of the command line, through the binary, in one program.
+
+mod support;
+
+mod bad_bodies;
+mod bad_input;
+mod bodies;
+mod mesh;
+mod mesh_files;
+mod mesh_undo;
+mod runs;
+mod schema;
+mod solve;
+mod streams;

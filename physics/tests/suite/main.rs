@@ -1,0 +1,20 @@
+//! The tests of this crate in one program: laws and bodies are compiled once for all of them.
+
+mod support;
+
+mod body_change;
+mod convergence;
+mod cook;
+mod crush;
+mod custom_material;
+mod diagnosis;
+mod energy;
+mod loads;
+mod material_derivatives;
+mod material_inversion;
+mod material_points;
+mod patch;
+mod regions;
+mod slab_load;
+mod statics;
+mod time_stepping;
