@@ -13,23 +13,26 @@ use support::{YOUNG, clamped, constrain, mapped_box, probe};
 
 const LENGTH: f64 = 0.1;
 
-/// A bar clamped at `x = 0`, from the plane `y = 0` on, with a force of 1 N in direction z on its end face.
+/// A bar clamped at `x = 0`, with a force of 1 N in direction z on its end face. Its nodes with `on_plane` do not leave the
+/// plane of bending.
 struct Bar {
     mesh: SimplexMesh<3, 4>,
     held: Subspace<3>,
     load: Vec<f64>,
-    /// The middle of the end face.
+    /// The middle of the end face, where `y = 0`.
     tip: [f64; 3],
 }
 
 impl Bar {
-    fn new(sides: [f64; 2], cells: [usize; 3]) -> Self {
+    fn new(sides: [f64; 2], cells: [usize; 3], on_plane: impl Fn(&[f64; 3]) -> bool) -> Self {
         let mesh: SimplexMesh<3, 4> = mapped_box(cells, |[x, y, z]| [LENGTH * x, sides[0] * y, sides[1] * z]);
         let mut load = vec![0.0; 3 * mesh.n_vertex_slots()];
         let (end, area) = (|x: &[f64; 3]| x[0] > LENGTH - 1e-9, sides[0] * sides[1]);
         let found = boundary_traction(&mesh, 1.0, end, &[0.0, 0.0, 1.0 / area], &mut load).unwrap();
         assert!((found - area).abs() < 1e-12 * area);
-        let held = clamped(&mesh, |x| x[0] < 1e-9);
+        let clamp = |x: &[f64; 3]| x[0] < 1e-9;
+        let mut held = clamped(&mesh, clamp);
+        constrain(&mesh, &mut held, Constraint::Plane([0.0, 1.0, 0.0]), |x| on_plane(x) && !clamp(x));
         Self { mesh, held, load, tip: [LENGTH, 0.0, 0.5 * sides[1]] }
     }
 
@@ -53,12 +56,10 @@ impl Bar {
 /// D1: section 10 x 10 mm, one half of it, 1 mN at the tip. The table is of three-dimensional elasticity with a fully clamped
 /// end.
 #[track_caller]
-fn d1(nu: f64, table: f64) {
+fn d1(nu: f64, cells: [usize; 3], table: f64) {
     let material = Linear::from_young_poisson(YOUNG, nu).unwrap();
     let found = Halvings::new(|n| {
-        let mut bar = Bar::new([0.005, 0.01], [32 * n, 2 * n, 4 * n]);
-        let on_plane = |x: &[f64; 3]| x[1] == 0.0 && x[0] >= 1e-9;
-        constrain(&bar.mesh, &mut bar.held, Constraint::Plane([0.0, 1.0, 0.0]), on_plane);
+        let bar = Bar::new([0.005, 0.01], cells.map(|cells| cells * n), |x| x[1] == 0.0);
         let u = bar.bend(material, 0.5e-3, bar.rest());
         vec![bar.at_tip(&u)[1]]
     });
@@ -69,27 +70,27 @@ fn d1(nu: f64, table: f64) {
 
 #[test]
 fn d1_without_lateral_contraction() {
-    d1(0.0, 11.835e-3);
+    d1(0.0, [32, 2, 4], 11.835e-3);
 }
 
 #[test]
 fn d1_soft_solid() {
-    d1(0.3, 11.77e-3);
+    d1(0.3, [32, 2, 4], 11.77e-3);
 }
 
 #[test]
 fn d1_nearly_incompressible() {
-    d1(0.45, 11.66e-3);
+    d1(0.45, [32, 3, 6], 11.66e-3);
 }
 
 const THICKNESS: f64 = 0.005;
 
-/// The bar of D5 and the force of `a = P L^2 / EI = 1` on it. At Poisson's ratio 0 the width has no influence: one part of
-/// the mesh across it does.
+/// The bar of D5 and the force of `a = P L^2 / EI = 1` on it. At Poisson's ratio 0 a bar of any width stays plane: one
+/// part of the mesh across it does, between two planes that keep so thin a bar from buckling sideways.
 fn thin_bar(n: usize) -> (Bar, f64) {
     let width = THICKNESS / n as f64;
     let bending = YOUNG * width * THICKNESS.powi(3) / 12.0;
-    (Bar::new([width, THICKNESS], [20 * n, 1, n]), bending / LENGTH.powi(2))
+    (Bar::new([width, THICKNESS], [20 * n, 1, n], |_| true), bending / LENGTH.powi(2))
 }
 
 /// Displacements of the tip at `a` = 1 and 2, as shares of the length, on meshes of 3, 6 and 12 parts across the thickness.
@@ -154,7 +155,7 @@ fn d5_linear_elasticity_fails() {
     for (found, (a, finite)) in d5_tips(&material).into_iter().zip([(1.0, 0.3022), (2.0, 0.4944)]) {
         let [x, w] = [found.limit[0], found.limit[1]];
         println!("D5, linear, a = {a}: ({x:e}, {w}), finite rotation {finite}");
-        assert!((w / (a / 3.0) - 1.0).abs() < 0.01 && x.abs() < 1e-4, "({x}, {w})");
+        assert!((w / (a / 3.0) - 1.0).abs() < 0.01 && x.abs() < 1e-3, "({x}, {w})");
         assert!(w > 1.08 * finite);
     }
 }

@@ -52,9 +52,9 @@ fn kelvin_segment(q: f64, length: f64, x: &[f64; 3]) -> [f64; 3] {
 }
 
 #[track_caller]
-fn close(found: [f64; 3], table_um: [f64; 3], digit: f64) {
+fn close(found: [f64; 3], table_um: [f64; 3]) {
     for k in 0..3 {
-        assert!((1e6 * found[k] - table_um[k]).abs() <= 0.5001 * digit, "{found:?} m, table {table_um:?} um");
+        assert!((1e6 * found[k] - table_um[k]).abs() <= 0.5001e-3, "{found:?} m, table {table_um:?} um");
     }
 }
 
@@ -62,14 +62,14 @@ const FORCE: [f64; 3] = [0.2, 0.0, 0.5];
 
 #[test]
 fn the_closed_forms_give_the_tables() {
-    close(kelvin(&FORCE, &[0.01, 0.0, 0.0]), [135.750, 0.0, 185.113], 1e-3);
-    close(kelvin(&FORCE, &[0.0, 0.0, 0.02]), [37.0227, 0.0, 169.687], 1e-3);
-    close(kelvin(&FORCE, &[0.01; 3]), [84.3127, 41.5626, 148.438], 1e-3);
+    close(kelvin(&FORCE, &[0.01, 0.0, 0.0]), [135.750, 0.0, 185.113]);
+    close(kelvin(&FORCE, &[0.0, 0.0, 0.02]), [37.0227, 0.0, 169.687]);
+    close(kelvin(&FORCE, &[0.01; 3]), [84.3127, 41.5626, 148.438]);
     for ([r, z], [u_r, u_z]) in SEGMENT {
-        close(kelvin_segment(10.0, 0.07, &[r, 0.0, z]), [u_r, 0.0, u_z], 1e-3);
+        close(kelvin_segment(10.0, 0.07, &[r, 0.0, z]), [u_r, 0.0, u_z]);
     }
     for ([r, z], [u_r, u_z]) in HALF_SPACE {
-        close(boussinesq(0.5, &[r, 0.0, z]), [u_r, 0.0, u_z], 1e-3);
+        close(boussinesq(0.5, &[r, 0.0, z]), [u_r, 0.0, u_z]);
     }
 }
 
@@ -87,41 +87,68 @@ fn symmetric(mesh: &SimplexMesh<3, 4>, fixed: impl Fn(&[f64; 3]) -> bool) -> Sub
     free
 }
 
-/// H4 in cubes of edge `0.1 / n` m, the half of the box beyond the plane of symmetry: the force on the central node, Kelvin's
-/// displacement on the faces. Largest relative error of the nodes at 4 edges and more from the force.
-fn kelvin_error(n: usize) -> f64 {
-    let (side, h) = (0.1, 0.1 / n as f64);
-    let mesh: SimplexMesh<3, 4> =
-        mapped_box([n, n / 2, n], |[x, y, z]| [side * (x - 0.5), 0.5 * side * y, side * (z - 0.5)]);
-    let faces = |x: &[f64; 3]| x.iter().any(|x| x.abs() > 0.5 * side - 1e-9);
-    let mut free = clamped(&mesh, faces);
-    constrain(&mesh, &mut free, Constraint::Plane([0.0, 1.0, 0.0]), |x| x[1] == 0.0 && !faces(x));
-    let u = prescribed(&mesh, faces, |x| kelvin(&FORCE, x));
-    let mut load = vec![0.0; u.len()];
-    let norm = |x: &[f64; 3]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
-    let centre = mesh.points().iter().position(|x| norm(x) < 1e-9).unwrap();
-    for k in 0..3 {
-        load[3 * centre + k] = 0.5 * FORCE[k];
-    }
-    let u = equilibrium(&mesh, linear(), &free, &load, u, 1);
-    let mut worst = 0.0f64;
-    let mut worst_at = vec![0.0f64; 40];
-    for (v, x) in mesh.points().iter().enumerate().filter(|(_, x)| norm(x) > h) {
-        let exact = kelvin(&FORCE, x);
-        let error: [f64; 3] = std::array::from_fn(|k| u[3 * v + k] - exact[k]);
-        let shell = (norm(x) / h).round() as usize;
-        if shell < 40 { worst_at[shell] = worst_at[shell].max(norm(&error) / norm(&exact)); }
-        if norm(x) >= 4.0 * h {
-        worst = worst.max(norm(&error) / norm(&exact));
-        }
-    }
-    println!("H4, n {n}: worst error {:.2} %, {worst_at:.4?}", 100.0 * worst);
-    worst
+/// An octant of a box of side 0.1 m, the force at its corner, and the displacement of a force of 1 N along one axis.
+struct Octant {
+    mesh: SimplexMesh<3, 4>,
+    u: Vec<f64>,
 }
 
+impl Octant {
+    /// Parts grow away from the planes of symmetry.
+    fn new(n: usize, axis: usize) -> Self {
+        let side = 0.05;
+        let mesh: SimplexMesh<3, 4> = mapped_box([n; 3], |x| x.map(|t| side * t.powf(1.5)));
+        let faces = |x: &[f64; 3]| x.iter().any(|x| *x > side - 1e-9);
+        let unit = |axis: usize| std::array::from_fn(|k| f64::from(u8::from(k == axis)));
+        let mut free = clamped(&mesh, faces);
+        for across in (0..3).filter(|&k| k != axis) {
+            constrain(&mesh, &mut free, Constraint::Plane(unit(across)), |x| x[across] == 0.0 && !faces(x));
+        }
+        // Across the force the field is odd; and on the axis of the force both planes meet.
+        let only_along = |x: &[f64; 3]| x[axis] == 0.0 || (0..3).filter(|&k| x[k] == 0.0).count() > 1;
+        constrain(&mesh, &mut free, Constraint::Line(unit(axis)), |x| only_along(x) && !faces(x));
+        let start = prescribed(&mesh, faces, |x| kelvin(&unit(axis), x));
+        let mut load = vec![0.0; start.len()];
+        let corner = mesh.points().iter().position(|x| *x == [0.0; 3]).unwrap();
+        load[3 * corner + axis] = 1.0 / 8.0;
+        let u = equilibrium(&mesh, linear(), &free, &load, start, 1);
+        Self { mesh, u }
+    }
+}
+
+/// Points (m) and displacements (um) of the force `FORCE`.
+const SPACE: [([f64; 3], [f64; 3]); 3] = [
+    ([0.010, 0.0, 0.0], [135.750, 0.0, 185.113]),
+    ([0.0, 0.0, 0.020], [37.0227, 0.0, 169.687]),
+    ([0.010, 0.010, 0.010], [84.3127, 41.5626, 148.438]),
+];
+
+/// H4: Kelvin's displacement on the faces of a box of side 0.1 m.
+///
+/// On cubes of edge `h` the error of linear tetrahedra is about `7 (h / r)^2` at this Poisson's ratio: above the 2 % of the
+/// sheet up to 18 edges from the force. So the rule of three meshes, and 2 % on the finest from 15 mm on.
 #[test]
 fn h4_kelvin() {
-    for n in [20, 40] { assert!(kelvin_error(n) <= 0.02);}
+    let norm = |x: &[f64; 3]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let values = |n: usize| {
+        let [across, along] = [0, 2].map(|axis| Octant::new(7 * n, axis));
+        let u: Vec<f64> = across.u.iter().zip(&along.u).map(|(a, b)| FORCE[0] * a + FORCE[2] * b).collect();
+        if n == 4 {
+            let distant = along.mesh.points().iter().zip(u.chunks_exact(3)).filter(|(x, _)| norm(x) >= 0.015);
+            let errors = distant.map(|(x, u)| {
+                let exact = kelvin(&FORCE, x);
+                norm(&std::array::from_fn(|k| u[k] - exact[k])) / norm(&exact)
+            });
+            let worst = errors.fold(0.0, f64::max);
+            println!("H4: from 15 mm on {:.2} %", 100.0 * worst);
+            assert!(worst <= 0.02, "{worst}");
+        }
+        SPACE.iter().flat_map(|(p, _)| probe(&along.mesh, &u, *p)).map(|u| 1e6 * u).collect()
+    };
+    let table = SPACE.map(|(_, u)| u);
+    let found = Halvings::new(values);
+    found.assert_falls("H4, um", table.as_flattened());
+    found.assert_limit::<3>("H4", table.as_flattened(), 0.01);
 }
 
 /// `(r, z)` (m) and `(u_r, u_z)` (um) of 10 N/m along the axis from 0 to 70 mm.
