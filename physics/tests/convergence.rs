@@ -6,7 +6,7 @@ mod support;
 use nalgebra::SMatrix;
 use stylet_mesh::SimplexMesh;
 use stylet_physics::body::Body;
-use stylet_physics::material::{Hyperelastic, Linear, NeoHookean, PlaneStress};
+use stylet_physics::material::{Corotated, Hyperelastic, Linear, NeoHookean, PlaneStress, StableNeoHookean};
 use support::{YOUNG, clamped, mapped_box, solve};
 
 /// Amplitude of the displacement, in units of the side: strains of up to some 20 %.
@@ -117,4 +117,8 @@ fn tetrahedra() {
     second_order("linear", |n| l2_error::<3, 4, _>(n, linear), 5);
     let neo = NeoHookean::from_young_poisson(YOUNG, 0.34).unwrap();
     second_order("NH", |n| l2_error::<3, 4, _>(n, neo), 5);
+    let stable = StableNeoHookean::from_young_poisson(YOUNG, 0.34).unwrap();
+    second_order("stable NH", |n| l2_error::<3, 4, _>(n, stable), 5);
+    let corotated = Corotated::from_young_poisson(YOUNG, 0.34).unwrap();
+    second_order("corotated", |n| l2_error::<3, 4, _>(n, corotated), 5);
 }

@@ -69,7 +69,6 @@ fn newton<M: Hyperelastic<3>>(
     let mut m = Following { m: &mut cycle, follow };
     let mut energy = Loaded::new(body, load);
     let (newton, mut ws) = (NewtonSettings::new(stop(1e-8)), NewtonWorkspace::on(team));
-    let report =
-        newton_cg_with(&mut energy, &mut m, subspace, vector::norm2(load), u, &newton, &mut ws).unwrap();
+    let report = newton_cg_with(&mut energy, &mut m, subspace, vector::norm2(load), u, &newton, &mut ws).unwrap();
     assert_eq!(report.stop, Stop::Converged, "{report:?}");
 }

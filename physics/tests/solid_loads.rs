@@ -1,6 +1,6 @@
-//! Forces inside and on an endless solid: validation sheet H4 (a point force, Kelvin's solution), H5 (a force spread along
-//! a segment) and H6 (a point force on a half space, Boussinesq's solution). The exact displacement is prescribed where the
-//! mesh ends.
+//! Forces inside and on linear solids: validation sheet H4 (a point force in space, Kelvin's solution), H5 (a force spread
+//! along a segment), H6 (a point force on a half space, Boussinesq's solution) and H7 (a cube under a line load). Where a
+//! mesh ends in the middle of a solid, the exact displacement is prescribed.
 
 mod support;
 
@@ -74,7 +74,11 @@ fn the_closed_forms_give_the_tables() {
 }
 
 /// The displacement where it is known and prescribed, zero elsewhere.
-fn prescribed(mesh: &SimplexMesh<3, 4>, on: impl Fn(&[f64; 3]) -> bool, exact: impl Fn(&[f64; 3]) -> [f64; 3]) -> Vec<f64> {
+fn prescribed(
+    mesh: &SimplexMesh<3, 4>,
+    on: impl Fn(&[f64; 3]) -> bool,
+    exact: impl Fn(&[f64; 3]) -> [f64; 3],
+) -> Vec<f64> {
     mesh.points().iter().flat_map(|x| if on(x) { exact(x) } else { [0.0; 3] }).collect()
 }
 
@@ -208,4 +212,45 @@ fn h6_boussinesq() {
     let found = Halvings::new(values);
     found.assert_falls("H6, um", table.as_flattened());
     found.assert_limit::<2>("H6", table.as_flattened(), 0.01);
+}
+
+/// Points (m) and displacements (um) of the cube of H7, the first two of the load's axis being zero.
+const CUBE: [([f64; 3], [f64; 2]); 6] = [
+    ([0.0125, 0.0, 0.100], [-56.2, -229.5]),
+    ([0.0125, 0.0, 0.080], [9.84, -238.2]),
+    ([0.0125, 0.0, 0.060], [20.9, -190.3]),
+    ([0.0125, 0.0, 0.040], [36.9, -114.9]),
+    ([0.0125, 0.0, 0.020], [19.3, -39.6]),
+    ([0.050, 0.0, 0.100], [-25.3, -67.3]),
+];
+const CUBE_CORNER: f64 = -29.2;
+
+/// H7 on a quarter of the cube: 0.1 m, fixed at the bottom, 10 N/m downwards on the axis over the top 60 mm.
+#[test]
+fn h7_line_load_in_a_cube() {
+    let values = |n: usize| {
+        // Parts grow away from the axis, with a plane of nodes at 12.5 mm.
+        let grade = |t: &f64| 0.05 * t.powf(4f64.ln() / 3f64.ln());
+        let mesh: SimplexMesh<3, 4> = mapped_box([6 * n, 6 * n, 10 * n], |[x, y, z]| [grade(x), grade(y), 0.1 * z]);
+        let mut load = vec![0.0; 3 * mesh.n_vertex_slots()];
+        let density = [(0.0, 2.5), (0.06, 2.5)];
+        segment_load(&mesh, &[0.0, 0.0, 0.04], &[0.0, 0.0, 0.1], &density, &[0.0, 0.0, -1.0], &mut load).unwrap();
+        let start = vec![0.0; load.len()];
+        let u = equilibrium(&mesh, linear(), &symmetric(&mesh, |x| x[2] == 0.0), &load, start, 1);
+        let um = |p: [f64; 3]| probe(&mesh, &u, p).map(|u| 1e6 * u);
+        let mut values: Vec<f64> = CUBE.iter().flat_map(|(p, _)| [um(*p)[0], um(*p)[2]]).collect();
+        values.push(um([0.05, 0.05, 0.1])[2]);
+        values
+    };
+    let mut table = CUBE.map(|(_, u)| u).as_flattened().to_vec();
+    table.push(CUBE_CORNER);
+    let found = Halvings::new(values);
+    found.assert_falls("H7, um", &table);
+    for (found, table) in found.limit.iter().zip(&table) {
+        println!("H7: limit {found:.3} um, table {table} um");
+    }
+    // Half a percent of the displacement beside the load.
+    for (k, (found, table)) in found.limit.iter().zip(&table).enumerate() {
+        assert!((found - table).abs() <= 0.005 * 238.2, "H7, value {k}: {found} um, table {table} um");
+    }
 }
