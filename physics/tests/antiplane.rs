@@ -133,7 +133,6 @@ fn line_of_nodes<M: Hyperelastic<3>>(h: f64, half: usize, layers: usize, materia
         let at = [x[0].abs() / h, x[1].abs() / h].map(|k| k.round() as usize);
         if let Some((_, potential)) = lattice_potential().into_iter().find(|(place, _)| *place == at) {
             let lattice = table - DENSITY / mu * potential;
-            println!("h {h}, {at:?}: {w:e} m, lattice {lattice:e} m");
             assert!((w - lattice).abs() <= 1e-3 * lattice, "h {h}, node {at:?}: {w} m, lattice {lattice} m");
             compared += 1;
         }

@@ -231,7 +231,7 @@ fn h7_line_load_in_a_cube() {
     let values = |n: usize| {
         // Parts grow away from the axis, with a plane of nodes at 12.5 mm.
         let grade = |t: &f64| 0.05 * t.powf(4f64.ln() / 3f64.ln());
-        let mesh: SimplexMesh<3, 4> = mapped_box([6 * n, 6 * n, 10 * n], |[x, y, z]| [grade(x), grade(y), 0.1 * z]);
+        let mesh: SimplexMesh<3, 4> = mapped_box([6 * n, 6 * n, 15 * n], |[x, y, z]| [grade(x), grade(y), 0.1 * z]);
         let mut load = vec![0.0; 3 * mesh.n_vertex_slots()];
         let density = [(0.0, 2.5), (0.06, 2.5)];
         segment_load(&mesh, &[0.0, 0.0, 0.04], &[0.0, 0.0, 0.1], &density, &[0.0, 0.0, -1.0], &mut load).unwrap();
