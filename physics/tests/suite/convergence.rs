@@ -5,7 +5,7 @@ use crate::support::{YOUNG, clamped, mapped_box, solve};
 use nalgebra::SMatrix;
 use stylet_mesh::SimplexMesh;
 use stylet_physics::body::Body;
-use stylet_physics::material::{Hyperelastic, Linear, NeoHookean, PlaneStress};
+use stylet_physics::material::{Corotated, Hyperelastic, Linear, NeoHookean, PlaneStress, StableNeoHookean};
 
 /// Amplitude of the displacement, in units of the side: strains of up to some 20 %.
 const AMPLITUDE: f64 = 0.05;
@@ -115,4 +115,8 @@ fn tetrahedra() {
     second_order("linear", |n| l2_error::<3, 4, _>(n, linear), 5);
     let neo = NeoHookean::from_young_poisson(YOUNG, 0.34).unwrap();
     second_order("NH", |n| l2_error::<3, 4, _>(n, neo), 5);
+    let stable = StableNeoHookean::from_young_poisson(YOUNG, 0.34).unwrap();
+    second_order("stable NH", |n| l2_error::<3, 4, _>(n, stable), 5);
+    let corotated = Corotated::from_young_poisson(YOUNG, 0.34).unwrap();
+    second_order("corotated", |n| l2_error::<3, 4, _>(n, corotated), 5);
 }

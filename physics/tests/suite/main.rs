@@ -2,7 +2,9 @@
 
 mod support;
 
+mod antiplane;
 mod body_change;
+mod cantilever;
 mod convergence;
 mod cook;
 mod crush;
@@ -16,5 +18,6 @@ mod material_points;
 mod patch;
 mod regions;
 mod slab_load;
+mod solid_loads;
 mod statics;
 mod time_stepping;

@@ -5,7 +5,8 @@ use nalgebra::{Matrix2, Matrix3, Rotation3, SMatrix, SVector, Vector3};
 use stylet_mesh::SimplexMesh;
 use stylet_physics::body::Body;
 use stylet_physics::material::{
-    Corotated, FixedCorotated, Hyperelastic, Linear, NeoHookean, PlaneStress, StVenantKirchhoff, StableNeoHookean,
+    Corotated, FixedCorotated, Hyperelastic, Invertible, Linear, NeoHookean, PlaneStress, StVenantKirchhoff,
+    StableNeoHookean,
 };
 
 const SIDE: f64 = 0.1;
@@ -84,6 +85,14 @@ fn b1_affine_displacement_in_space() {
     close(w, 266.6771, 5e-5);
     let (_, w) = patch(&mesh, FixedCorotated::from_young_poisson(YOUNG, 0.45).unwrap(), &b1(), &rest);
     close(w, 257.0397, 5e-5);
+    // No table: the stress is that of the material point.
+    patch(&mesh, StableNeoHookean::from_young_poisson(YOUNG, 0.45).unwrap(), &b1(), &rest);
+    // Above the threshold the continued law is the law.
+    let (_, w) = patch(&mesh, Invertible::new(NeoHookean::from_young_poisson(YOUNG, 0.45).unwrap()), &b1(), &rest);
+    close(w, 256.2213, 5e-5);
+    let (_, w) =
+        patch(&mesh, Invertible::new(StVenantKirchhoff::from_young_poisson(YOUNG, 0.45).unwrap()), &b1(), &rest);
+    close(w, 290.5419, 5e-5);
 }
 
 /// The same after a rigid rotation: stress `R P`, the same energy; and nothing under the rotation alone.
@@ -111,6 +120,8 @@ fn b2_rotated_patch() {
     rotated(Corotated::from_young_poisson(YOUNG, 0.45).unwrap());
     rotated(FixedCorotated::from_young_poisson(YOUNG, 0.45).unwrap());
     rotated(StableNeoHookean::from_young_poisson(YOUNG, 0.45).unwrap());
+    rotated(Invertible::new(NeoHookean::from_young_poisson(YOUNG, 0.45).unwrap()));
+    rotated(Invertible::new(StVenantKirchhoff::from_young_poisson(YOUNG, 0.45).unwrap()));
 }
 
 #[test]
@@ -188,6 +199,11 @@ fn b4_rigid_motions_and_balance() {
     balance(&solid, linear, &r3);
     balance(&solid, stvk, &r3);
     balance(&solid, neo, &r3);
+    balance(&solid, Corotated::from_young_poisson(YOUNG, 0.45).unwrap(), &r3);
+    balance(&solid, FixedCorotated::from_young_poisson(YOUNG, 0.45).unwrap(), &r3);
+    balance(&solid, StableNeoHookean::from_young_poisson(YOUNG, 0.45).unwrap(), &r3);
+    balance(&solid, Invertible::new(stvk), &r3);
+    balance(&solid, Invertible::new(neo), &r3);
     balance(&flat, linear, &r2);
     balance(&flat, stvk, &r2);
     balance(&flat, neo, &r2);

@@ -1,6 +1,9 @@
 //! Meshes and checks that several tests share.
 #![allow(dead_code)] // each test binary uses its own part
 
+pub mod halvings;
+pub mod multigrid;
+
 use stylet_mesh::generate::kuhn_box;
 use stylet_mesh::{MeshChange, SimplexMesh, VertexId};
 use stylet_physics::body::Body;
