@@ -24,8 +24,8 @@
 //!
 //! # Features
 //!
-//! * `rayon` (default): lets [`body::Body::set_threads`] spread forces and linearisations over threads. The
-//!   serial build gives the same bits.
+//! * `rayon` (default): switches nothing any more. Forces and linearisations are shared by the team that
+//!   [`body::Body::set_team`] is given, with the bits of one thread.
 
 pub mod body;
 pub mod dynamics;
