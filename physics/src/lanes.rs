@@ -316,6 +316,25 @@ pub(crate) fn determinant_by<const D: usize, const L: usize>(
     sum
 }
 
+/// `det F - 1` without cancellation, with the bits of [`small::determinant_minus_one`](crate::small::determinant_minus_one)
+/// at `F - I`; for `D = 2, 3`.
+#[inline(always)]
+pub(crate) fn determinant_minus_one<const D: usize, const L: usize>(f: &PackMatrix<D, L>) -> Pack<L> {
+    let mut h = *f;
+    for i in 0..D {
+        h[i][i] = f[i][i] - Pack::ONE;
+    }
+    if D == 2 {
+        return h[0][0] + h[1][1] + (h[0][0] * h[1][1] - h[0][1] * h[1][0]);
+    }
+    let h = |i: usize, k: usize| h[i % D][k % D];
+    let minor = |i: usize, j: usize| h(i, i) * h(j, j) - h(i, j) * h(j, i);
+    let determinant = h(0, 0) * (h(1, 1) * h(2, 2) - h(1, 2) * h(2, 1))
+        + h(0, 1) * (h(1, 2) * h(2, 0) - h(1, 0) * h(2, 2))
+        + h(0, 2) * (h(1, 0) * h(2, 1) - h(1, 1) * h(2, 0));
+    h(0, 0) + h(1, 1) + h(2, 2) + (minor(0, 1) + minor(0, 2) + minor(1, 2)) + determinant
+}
+
 /// `A : B`, the sum of the products of the entries.
 #[inline(always)]
 pub(crate) fn contract<const D: usize, const L: usize>(a: &PackMatrix<D, L>, b: &PackMatrix<D, L>) -> Pack<L> {

@@ -24,8 +24,7 @@
 //!
 //! # Features
 //!
-//! * `rayon` (default): lets [`body::Body::set_threads`] spread forces and linearisations over threads. The
-//!   serial build gives the same bits.
+//! * `direct` (default): sparse factors among the methods of statics.
 
 pub mod body;
 pub mod dynamics;

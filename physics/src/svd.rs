@@ -78,6 +78,9 @@ const MAX_SWEEPS: usize = 12;
 /// Columns whose cosine is below the root of this are orthogonal.
 const ORTHOGONAL: f64 = 1e-30;
 
+/// The same for rotations that are only compared: the last sweep is quadratic, so that what remains is far smaller.
+const NEARLY_ORTHOGONAL: f64 = 1e-12;
+
 /// Squared columns smaller than this share of the largest entry squared are zero: their products would underflow.
 const NEGLIGIBLE: f64 = 1e-100;
 
@@ -104,7 +107,6 @@ impl<const D: usize, const L: usize> NullaryFnOnce for Decompose<'_, D, L> {
 
 #[inline(always)]
 fn decompose<const D: usize, const L: usize>(f: &PackMatrix<D, L>) -> PackSvd<D, L> {
-    const { assert!(D == 2 || D == 3, "singular values of 2 x 2 and 3 x 3 matrices") };
     let scale = power_of_two_below(largest_entry(f));
     let inverse = Pack::ONE / scale;
     // Columns: column j of F V is b[j].
@@ -115,11 +117,48 @@ fn decompose<const D: usize, const L: usize>(f: &PackMatrix<D, L>) -> PackSvd<D,
         }
         v[j][j] = Pack::ONE;
     }
+    let mut svd = diagonalise(b, v, ORTHOGONAL);
+    for j in 0..D {
+        svd.sigma[j] = svd.sigma[j] * scale;
+    }
+    svd
+}
+
+/// The rotations `U` and `V` of `F`, found from a `V` nearby (a rotation up to errors of 1e-7) and good to 1e-6: for
+/// comparing them with what they were. Where singular values coincide this is the pair near the one given.
+#[inline(always)]
+pub(crate) fn rotations_near<const D: usize, const L: usize>(
+    f: &PackMatrix<D, L>,
+    v0: &PackMatrix<D, L>,
+) -> (PackMatrix<D, L>, PackMatrix<D, L>) {
+    let inverse = Pack::ONE / power_of_two_below(largest_entry(f));
+    let (mut b, mut v) = ([[Pack::ZERO; D]; D], [[Pack::ZERO; D]; D]);
+    for j in 0..D {
+        for i in 0..D {
+            for k in 0..D {
+                b[j][i] += f[i][k] * v0[k][j];
+            }
+            b[j][i] = b[j][i] * inverse;
+            v[j][i] = v0[i][j];
+        }
+    }
+    let svd = diagonalise(b, v, NEARLY_ORTHOGONAL);
+    (svd.u, svd.v)
+}
+
+/// The decomposition from the columns `b` of `F V` and `v` of a rotation `V`.
+#[inline(always)]
+fn diagonalise<const D: usize, const L: usize>(
+    mut b: PackMatrix<D, L>,
+    mut v: PackMatrix<D, L>,
+    orthogonal: f64,
+) -> PackSvd<D, L> {
+    const { assert!(D == 2 || D == 3, "singular values of 2 x 2 and 3 x 3 matrices") };
     for _ in 0..MAX_SWEEPS {
         let mut rotated = Pack::ZERO;
         for p in 0..D {
             for q in p + 1..D {
-                rotated += orthogonalise(&mut b, &mut v, p, q);
+                rotated += orthogonalise(&mut b, &mut v, p, q, orthogonal);
             }
         }
         if !any_not(&(-rotated).above(-0.5)) {
@@ -130,7 +169,7 @@ fn decompose<const D: usize, const L: usize>(f: &PackMatrix<D, L>) -> PackSvd<D,
     let u = triangularise(&mut b);
     let mut svd = PackSvd { u, sigma: [Pack::ZERO; D], v: [[Pack::ZERO; D]; D] };
     for j in 0..D {
-        svd.sigma[j] = b[j][j] * scale;
+        svd.sigma[j] = b[j][j];
         for i in 0..D {
             svd.v[i][j] = v[j][i];
         }
@@ -173,9 +212,10 @@ fn orthogonalise<const D: usize, const L: usize>(
     v: &mut PackMatrix<D, L>,
     p: usize,
     q: usize,
+    orthogonal: f64,
 ) -> Pack<L> {
     let (pp, qq, pq) = (dot(&b[p], &b[p]), dot(&b[q], &b[q]), dot(&b[p], &b[q]));
-    let bound = (pp * qq) * ORTHOGONAL;
+    let bound = (pp * qq) * orthogonal;
     let relevant = Pack::splat(NEGLIGIBLE).where_less(pp.max(qq), pq * pq, Pack::ZERO);
     let needed = bound.where_less(relevant, Pack::ONE, Pack::ZERO);
     // tan(2 angle) = x / d, the smaller of the two angles.
@@ -271,19 +311,30 @@ pub(crate) fn polar<const D: usize, const L: usize>(f: &PackMatrix<D, L>) -> Pol
         return plane_rotation(f);
     }
     let mut x = *f;
-    let mut change = Pack::ZERO;
+    let mut change = Pack::<L>::ZERO;
     let first = determinant_by(f, &cofactor(f));
+    let mut done = [false; L];
     for _ in 0..POLAR_STEPS {
         let cof = cofactor(&x);
         let half = Pack::splat(0.5) / determinant_by(&x, &cof);
-        change = Pack::ZERO;
+        let mut square = Pack::<L>::ZERO;
         for i in 0..D {
             for k in 0..D {
                 let next = x[i][k] * 0.5 + cof[i][k] * half;
                 let step = next - x[i][k];
-                change += step * step;
-                x[i][k] = next;
+                square += step * step;
+                // A lane that has converged rests, so that it does not depend on the others.
+                for l in 0..L {
+                    x[i][k].0[l] = if done[l] { x[i][k].0[l] } else { next.0[l] };
+                }
             }
+        }
+        for l in 0..L {
+            change.0[l] = if done[l] { change.0[l] } else { square.0[l] };
+            done[l] = change.0[l] < CONVERGED * CONVERGED;
+        }
+        if !any_not(&done) {
+            break;
         }
     }
     let mut regular = [false; L];

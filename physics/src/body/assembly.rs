@@ -2,18 +2,18 @@
 
 use super::element::{Element, ElementTable, Group};
 use super::kernel::deformation_gradients;
-use super::lazy::{LazyRule, Moduli};
-use super::partition::{Part, Parts};
-use super::star::Stars;
+use super::lazy::{LazyRule, Moduli, Turn};
+use super::rows::{Evaluated, Kept, write_rows};
 use super::stored::{self, Stored, pack};
 use super::{Body, BodyError, Linearization};
 use crate::lanes::{LANES, Lane, lane_matrix};
 use crate::material::Hyperelastic;
-use crate::parallel;
+use crate::parallel::{chunks, split};
 use nalgebra::SMatrix;
-use pulp::Arch;
+use pulp::{Arch, NullaryFnOnce};
 use stylet_solver::Block;
 use stylet_solver::sparse::SparseError;
+use stylet_solver::team::Team;
 
 /// Buffers of one row.
 #[derive(Clone, Debug, Default)]
@@ -38,7 +38,7 @@ pub(super) const fn upper_index(n: usize, a: usize, b: usize) -> usize {
 
 /// Adds `K_ab` to a block: the stored one for `a <= b`, otherwise its mirror image transposed.
 #[inline(always)]
-fn add_block<const D: usize, const N: usize>(upper: &[Block<D>], a: usize, b: usize, into: &mut Block<D>) {
+pub(super) fn add_block<const D: usize, const N: usize>(upper: &[Block<D>], a: usize, b: usize, into: &mut Block<D>) {
     if a <= b {
         add(&upper[upper_index(N, a, b)], into);
     } else {
@@ -52,7 +52,7 @@ fn add_block<const D: usize, const N: usize>(upper: &[Block<D>], a: usize, b: us
 }
 
 #[inline(always)]
-fn add<const D: usize>(k: &Block<D>, into: &mut Block<D>) {
+pub(super) fn add<const D: usize>(k: &Block<D>, into: &mut Block<D>) {
     for i in 0..D {
         for j in 0..D {
             into[i][j] += k[i][j];
@@ -61,7 +61,7 @@ fn add<const D: usize>(k: &Block<D>, into: &mut Block<D>) {
 }
 
 /// `F = I` in every lane.
-fn at_rest<const D: usize>() -> [[Lane; D]; D] {
+pub(super) fn at_rest<const D: usize>() -> [[Lane; D]; D] {
     std::array::from_fn(|i| std::array::from_fn(|k| [f64::from(u8::from(i == k)); LANES]))
 }
 
@@ -136,9 +136,20 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
             if self.is_lazy() {
                 self.stored.resize(self.elements.n_slots(), [[[0.0; D]; D]; 6]);
                 self.store(slots.iter().copied());
+                self.turn_back(slots);
             }
         }
         vertices.iter().try_for_each(|&vertex| self.write_row(vertex as usize))
+    }
+
+    /// Rotations of new elements, which are at rest.
+    fn turn_back(&mut self, slots: &[usize]) {
+        if self.lazy.compares_rotations() {
+            self.turns.resize(self.references.len(), Turn::at_rest());
+            for &slot in slots {
+                self.turns[slot / LANES] = Turn::of(&self.references[slot / LANES]);
+            }
+        }
     }
 
     /// Keeps the stiffness of elements at their references.
@@ -197,8 +208,10 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
         if self.is_lazy() {
             self.update_changed(u);
         } else {
-            let threads = self.threads_worth();
-            gradients_of_groups(&self.elements.groups, u, &mut self.references, threads);
+            let groups = &self.elements.groups[..];
+            chunks(&self.team_worth(), &mut self.references, &|first, out| {
+                Arch::new().dispatch(Gradients { groups: &groups[first..], u, out });
+            });
             self.elements_linearized += self.elements.n_live() as u64;
             self.elements_updated = self.elements.n_live();
             self.sum_all();
@@ -207,46 +220,21 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
 
     /// Sums all rows, whose pattern stands, from elements evaluated on the way.
     fn sum_all(&mut self) {
-        let threads = self.threads_worth();
-        self.parts.follow(threads, &self.elements, &self.stars, &self.stiffness);
-        let Parts { parts, owner, start, .. } = &mut self.parts;
-        let pass = Pass {
+        let team = self.team_worth();
+        self.parts.follow(team.size(), &self.elements, &self.stars, &self.stiffness);
+        let pass = Evaluated {
             materials: &self.materials,
             elements: &self.elements,
             places: &self.places,
             references: &self.references,
-            owner,
-            start,
             project: self.project,
         };
-        parallel::each(parts, threads, &|index, part| {
-            Arch::new().dispatch(
-                #[inline(always)]
-                || pass.sum(index as u16, part),
-            );
-        });
-        self.copy_rows(|_| true);
-    }
-
-    /// Copies rows from the parts to the matrix.
-    fn copy_rows(&mut self, wanted: impl Fn(usize) -> bool) {
-        for part in &self.parts.parts {
-            for &vertex in &part.rows {
-                let vertex = vertex as usize;
-                if wanted(vertex) {
-                    let (columns, row) = self.stiffness.row_mut(vertex);
-                    let start = self.parts.start[vertex] as usize;
-                    row.copy_from_slice(&part.values[start..start + columns.len()]);
-                    self.revision += 1;
-                    self.row_revisions[vertex] = self.revision;
-                }
-            }
-        }
+        write_rows(&mut self.parts, &team, &mut self.stiffness, &pass);
+        (0..self.n_vertices()).for_each(|vertex| self.note_row(vertex));
     }
 
     /// A lazy linearisation: evaluates what has changed, and sums the rows of what was evaluated.
     fn update_changed(&mut self, u: &[f64]) {
-        let threads = self.threads_worth();
         let mut scratch = std::mem::take(&mut self.scratch);
         scratch.updated.clear();
         scratch.updated.resize(self.elements.groups.len(), [false; LANES]);
@@ -258,7 +246,20 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
             rule: self.lazy,
             project: self.project,
         };
-        update.run(0, &mut self.references, &mut self.stored, &mut scratch.updated, threads);
+        let team = self.team_worth();
+        let n = team.size();
+        let mut references = split(n, &mut self.references);
+        let mut stored = split(n, self.stored.as_chunks_mut().0);
+        let mut turns = split(n, &mut self.turns);
+        let mut updated = split(n, &mut scratch.updated);
+        let mut stretches: [Stretch<'_, D>; Team::MAX_MEMBERS] = std::array::from_fn(|k| Stretch {
+            first: references[k].0,
+            references: std::mem::take(&mut references[k].1),
+            stored: std::mem::take(&mut stored[k].1),
+            turns: std::mem::take(&mut turns[k].1),
+            updated: std::mem::take(&mut updated[k].1),
+        });
+        team.each(&mut stretches[..n], |_, stretch| Arch::new().dispatch(UpdateStretch { update: &update, stretch }));
         let touched = &mut scratch.touched;
         touched.clear();
         touched.resize(self.n_vertices(), false);
@@ -279,19 +280,21 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
 
     /// Sums the wanted rows from stored elements.
     fn sum_stored(&mut self, wanted: &[bool]) {
-        let threads = self.threads_worth();
-        self.parts.follow(threads, &self.elements, &self.stars, &self.stiffness);
-        let Parts { parts, start, .. } = &mut self.parts;
-        let (stars, stored, places, stiffness) = (&self.stars, &self.stored, &self.places, &self.stiffness);
-        parallel::each(parts, threads, &|_, part: &mut Part<D>| {
-            for &vertex in part.rows.iter().filter(|&&vertex| wanted[vertex as usize]) {
-                let vertex = vertex as usize;
-                let len = stiffness.row(vertex).0.len();
-                let row = &mut part.values[start[vertex] as usize..][..len];
-                sum_row::<D, N>(stars, vertex, stored, places, row);
-            }
-        });
-        self.copy_rows(|vertex| wanted[vertex]);
+        let team = self.team_worth();
+        self.parts.follow(team.size(), &self.elements, &self.stars, &self.stiffness);
+        let kept = Kept { stars: &self.stars, stored: &self.stored, places: &self.places, wanted };
+        write_rows(&mut self.parts, &team, &mut self.stiffness, &kept);
+        (0..wanted.len()).filter(|&vertex| wanted[vertex]).for_each(|vertex| self.note_row(vertex));
+    }
+
+    /// Keeps the rotations of all elements where they were evaluated, if the rule compares them.
+    fn keep_turns(&mut self) {
+        if self.lazy.compares_rotations() {
+            self.turns.clear();
+            self.turns.extend(self.references.iter().map(Turn::of));
+        } else {
+            self.turns = Vec::new();
+        }
     }
 
     /// Evaluates the element stiffnesses where they were evaluated last, under settings that have changed.
@@ -302,6 +305,7 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
         self.stored.resize(self.elements.n_slots(), [[[0.0; D]; D]; 6]);
         let slots: Vec<usize> = self.elements.live().map(|(_, slot)| slot).collect();
         self.store(slots.into_iter());
+        self.keep_turns();
         self.sum_stored(&vec![true; self.n_vertices()]);
     }
 
@@ -316,6 +320,7 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
         if was_lazy != self.is_lazy() && self.assembled && !M::IS_LINEAR {
             self.reevaluate();
         }
+        self.keep_turns();
     }
 
     /// Where the body was last linearised.
@@ -355,25 +360,6 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
     }
 }
 
-/// Overwrites the blocks of a row by the sum over its star.
-#[inline]
-fn sum_row<const D: usize, const N: usize>(
-    stars: &Stars,
-    vertex: usize,
-    stored: &[Stored<D>],
-    places: &[[[u16; N]; N]],
-    row: &mut [Block<D>],
-) {
-    row.fill([[0.0; D]; D]);
-    for corner in stars.corners(vertex) {
-        let (slot, a) = (corner.slot::<D, N>(), corner.local::<D, N>());
-        let blocks = stored::row::<D, N>(&stored[slot], a);
-        for b in 0..N {
-            add(&blocks[b], &mut row[places[slot][a][b] as usize]);
-        }
-    }
-}
-
 /// Element stiffness at `f`, with a projected tangent if asked for.
 #[inline(always)]
 fn evaluate<const D: usize, const N: usize, M: Hyperelastic<D>>(
@@ -391,104 +377,26 @@ fn evaluate<const D: usize, const N: usize, M: Hyperelastic<D>>(
     }
 }
 
-/// `F` of all groups, spread over threads.
-fn gradients_of_groups<const D: usize, const N: usize>(
-    groups: &[Group<D, N>],
-    u: &[f64],
-    out: &mut [[[Lane; D]; D]],
-    threads: usize,
-) {
-    parallel::chunks(out, threads, &|first, out| {
-        Arch::new().dispatch(
-            #[inline(always)]
-            || {
-                for (group, f) in groups[first..].iter().zip(out) {
-                    *f = deformation_gradients(group, u);
-                }
-            },
-        );
-    });
+/// [`deformation_gradients`] of groups, for wide vectors.
+struct Gradients<'a, const D: usize, const N: usize> {
+    groups: &'a [Group<D, N>],
+    u: &'a [f64],
+    out: &'a mut [[[Lane; D]; D]],
 }
 
-/// One sweep over the elements of a part, evaluated at their references.
-struct Pass<'a, const D: usize, const N: usize, M> {
-    materials: &'a [M],
-    elements: &'a ElementTable<D, N>,
-    places: &'a [[[u16; N]; N]],
-    references: &'a [[[Lane; D]; D]],
-    owner: &'a [u16],
-    start: &'a [u32],
-    project: bool,
-}
-
-impl<const D: usize, const N: usize, M: Hyperelastic<D>> Pass<'_, D, N, M> {
+impl<const D: usize, const N: usize> NullaryFnOnce for Gradients<'_, D, N> {
+    type Output = ();
     #[inline(always)]
-    fn sum(&self, index: u16, part: &mut Part<D>) {
-        part.values.fill([[0.0; D]; D]);
-        let (mut group, mut f) = (Group::empty(0), at_rest());
-        let mut upper = [[[[0.0; LANES]; D]; D]; MAX_PAIRS];
-        let pairs = N * (N + 1) / 2;
-        let mut rest = part.elements.as_slice();
-        while !rest.is_empty() {
-            let slots = self.batch(rest);
-            rest = &rest[slots.len()..];
-            for (lane, &slot) in slots.iter().enumerate() {
-                let (from, from_lane) = (slot as usize / LANES, slot as usize % LANES);
-                group.material = self.elements.groups[from].material;
-                group.copy_lane(lane, &self.elements.groups[from], from_lane);
-                for i in 0..D {
-                    for k in 0..D {
-                        f[i][k][lane] = self.references[from][i][k][from_lane];
-                    }
-                }
-            }
-            // Lanes beyond the batch hold elements of an earlier one, or none.
-            let material = &self.materials[group.material as usize];
-            let gradients = group.all_gradients();
-            material.element_stiffness_lanes(&f, &gradients, &group.weight, self.project, &mut upper[..pairs]);
-            for (lane, &slot) in slots.iter().enumerate() {
-                let vertices: [u32; N] = std::array::from_fn(|a| group.vertices[a][lane]);
-                let upper = lane_blocks(&upper, lane);
-                self.scatter(index, &vertices, &self.places[slot as usize], &upper, &mut part.values);
-            }
-        }
-    }
-
-    /// The next elements of one material, as many as there are lanes at most.
-    #[inline(always)]
-    fn batch<'b>(&self, slots: &'b [u32]) -> &'b [u32] {
-        let material = |slot: u32| self.elements.groups[slot as usize / LANES].material;
-        let first = material(slots[0]);
-        let len = slots.iter().take(LANES).take_while(|&&slot| material(slot) == first).count();
-        &slots[..len]
-    }
-
-    /// Adds an element to the rows of the part.
-    #[inline(always)]
-    fn scatter(
-        &self,
-        index: u16,
-        vertices: &[u32; N],
-        places: &[[u16; N]; N],
-        upper: &[Block<D>; MAX_PAIRS],
-        values: &mut [Block<D>],
-    ) {
-        for a in 0..N {
-            let vertex = vertices[a] as usize;
-            if self.owner[vertex] != index {
-                continue;
-            }
-            let row = &mut values[self.start[vertex] as usize..];
-            for b in 0..N {
-                add_block::<D, N>(upper, a, b, &mut row[places[a][b] as usize]);
-            }
+    fn call(self) {
+        for (group, f) in self.groups.iter().zip(self.out) {
+            *f = deformation_gradients(group, self.u);
         }
     }
 }
 
 /// One lane of element stiffnesses.
 #[inline(always)]
-fn lane_blocks<const D: usize>(upper: &[[[Lane; D]; D]; MAX_PAIRS], lane: usize) -> [Block<D>; MAX_PAIRS] {
+pub(super) fn lane_blocks<const D: usize>(upper: &[[[Lane; D]; D]; MAX_PAIRS], lane: usize) -> [Block<D>; MAX_PAIRS] {
     let mut blocks = [[[0.0; D]; D]; MAX_PAIRS];
     for (block, lanes) in blocks.iter_mut().zip(upper) {
         for i in 0..D {
@@ -510,60 +418,57 @@ struct Update<'a, const D: usize, const N: usize, M> {
     project: bool,
 }
 
-impl<const D: usize, const N: usize, M: Hyperelastic<D>> Update<'_, D, N, M> {
-    /// Elements from group `first` on, spread over `threads`.
-    fn run(
-        &self,
-        first: usize,
-        references: &mut [[[Lane; D]; D]],
-        stored: &mut [Stored<D>],
-        updated: &mut [[bool; LANES]],
-        threads: usize,
-    ) {
-        if threads > 1 && references.len() > 1 {
-            let cut = references.len() * (threads / 2) / threads;
-            let (left, right) = references.split_at_mut(cut);
-            let (left_stored, right_stored) = stored.split_at_mut(cut * LANES);
-            let (left_updated, right_updated) = updated.split_at_mut(cut);
-            parallel::join(
-                || self.run(first, left, left_stored, left_updated, threads / 2),
-                || self.run(first + cut, right, right_stored, right_updated, threads - threads / 2),
-            );
-            return;
-        }
-        Arch::new().dispatch(
-            #[inline(always)]
-            || self.run_serial(first, references, stored, updated),
-        );
-    }
+/// The groups from `first` on that one member of a team visits; `turns` may be empty.
+struct Stretch<'a, const D: usize> {
+    first: usize,
+    references: &'a mut [[[Lane; D]; D]],
+    stored: &'a mut [[Stored<D>; LANES]],
+    turns: &'a mut [Turn<D>],
+    updated: &'a mut [[bool; LANES]],
+}
 
+/// [`Update::visit`] for wide vectors.
+struct UpdateStretch<'a, 'b, const D: usize, const N: usize, M> {
+    update: &'a Update<'a, D, N, M>,
+    stretch: &'a mut Stretch<'b, D>,
+}
+
+impl<const D: usize, const N: usize, M: Hyperelastic<D>> NullaryFnOnce for UpdateStretch<'_, '_, D, N, M> {
+    type Output = ();
     #[inline(always)]
-    fn run_serial(
-        &self,
-        first: usize,
-        references: &mut [[[Lane; D]; D]],
-        stored: &mut [Stored<D>],
-        updated: &mut [[bool; LANES]],
-    ) {
+    fn call(self) {
+        self.update.visit(self.stretch);
+    }
+}
+
+impl<const D: usize, const N: usize, M: Hyperelastic<D>> Update<'_, D, N, M> {
+    #[inline(always)]
+    fn visit(&self, stretch: &mut Stretch<'_, D>) {
         let pairs = N * (N + 1) / 2;
         let mut upper = [[[[0.0; LANES]; D]; D]; MAX_PAIRS];
-        for (at, (reference, updated)) in references.iter_mut().zip(updated).enumerate() {
-            let group = &self.elements.groups[first + at];
+        for at in 0..stretch.references.len() {
+            let group = &self.elements.groups[stretch.first + at];
             let f = deformation_gradients(group, self.u);
             let material = &self.materials[group.material as usize];
-            *updated = self.rule.changed(group, self.moduli[group.material as usize], &f, reference);
-            if !updated.contains(&true) {
+            let moduli = self.moduli[group.material as usize];
+            let reference = &mut stretch.references[at];
+            let changed = self.rule.changed(group, moduli, &f, reference, stretch.turns.get(at));
+            if !changed.contains(&true) {
                 continue;
             }
+            stretch.updated[at] = changed;
             let gradients = group.all_gradients();
             material.element_stiffness_lanes(&f, &gradients, &group.weight, self.project, &mut upper[..pairs]);
-            for lane in (0..LANES).filter(|&lane| updated[lane]) {
+            for lane in (0..LANES).filter(|&lane| changed[lane]) {
                 for i in 0..D {
                     for k in 0..D {
                         reference[i][k][lane] = f[i][k][lane];
                     }
                 }
-                stored[at * LANES + lane] = pack::<D, N>(&lane_blocks(&upper, lane));
+                stretch.stored[at][lane] = pack::<D, N>(&lane_blocks(&upper, lane));
+            }
+            if let Some(turn) = stretch.turns.get_mut(at) {
+                *turn = Turn::of(reference);
             }
         }
     }

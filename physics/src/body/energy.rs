@@ -6,7 +6,8 @@ use super::kernel::{deformation_gradients, element_forces};
 use super::star::Stars;
 use crate::lanes::{LANES, Lane};
 use crate::material::Hyperelastic;
-use pulp::Arch;
+use crate::parallel::chunks;
+use pulp::{Arch, NullaryFnOnce};
 use stylet_solver::LinearOperator;
 use stylet_solver::energy::{BlockHessian, Energy};
 use stylet_solver::sparse::BlockCsr;
@@ -23,25 +24,25 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
     /// If `u` does not have `D` entries per vertex.
     pub fn strain_energy(&self, u: &[f64]) -> f64 {
         self.check_len(u);
+        Arch::new().dispatch(TotalEnergy { body: self, u })
+    }
+
+    #[inline(always)]
+    fn sum_energies(&self, u: &[f64]) -> f64 {
         let (mut total, mut partial) = (0.0, 0.0);
         let (mut group, mut filled, mut count) = (Group::empty(0), 0, 0);
-        Arch::new().dispatch(
-            #[inline(always)]
-            || {
-                // Cells in ascending order, as many at a time as there are lanes and one material.
-                for (_, slot) in self.elements.live() {
-                    let from = &self.elements.groups[slot / LANES];
-                    if filled == LANES || (filled > 0 && group.material != from.material) {
-                        self.add_energies(&group, filled, u, (&mut total, &mut partial), &mut count);
-                        filled = 0;
-                    }
-                    group.material = from.material;
-                    group.copy_lane(filled, from, slot % LANES);
-                    filled += 1;
-                }
+        // Cells in ascending order, as many at a time as there are lanes and one material.
+        for (_, slot) in self.elements.live() {
+            let from = &self.elements.groups[slot / LANES];
+            if filled == LANES || (filled > 0 && group.material != from.material) {
                 self.add_energies(&group, filled, u, (&mut total, &mut partial), &mut count);
-            },
-        );
+                filled = 0;
+            }
+            group.material = from.material;
+            group.copy_lane(filled, from, slot % LANES);
+            filled += 1;
+        }
+        self.add_energies(&group, filled, u, (&mut total, &mut partial), &mut count);
         total + partial
     }
 
@@ -76,10 +77,13 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
         if M::IS_LINEAR {
             return self.stiffness.apply(u, force);
         }
-        let threads = self.threads_worth();
-        forces_of_groups(&self.materials, &self.elements.groups, u, &mut self.forces, threads);
-        let buffer = self.forces.as_flattened().as_flattened().as_flattened();
-        gather(&self.stars, 0, buffer, force.as_chunks_mut::<D>().0, threads);
+        let team = self.team_worth();
+        let (materials, groups) = (&self.materials[..], &self.elements.groups[..]);
+        chunks(&team, &mut self.forces, &|first, forces| {
+            Arch::new().dispatch(Forces { materials, groups: &groups[first..], u, forces });
+        });
+        let (stars, buffer) = (&self.stars, self.forces.as_flattened().as_flattened().as_flattened());
+        chunks(&team, force.as_chunks_mut::<D>().0, &|first, force| gather(stars, first, buffer, force));
     }
 
     #[track_caller]
@@ -88,44 +92,38 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
     }
 }
 
-/// Element forces, spread over threads: groups share nothing.
-fn forces_of_groups<const D: usize, const N: usize, M: Hyperelastic<D>>(
-    materials: &[M],
-    groups: &[Group<D, N>],
-    u: &[f64],
-    out: &mut [[[Lane; D]; N]],
-    threads: usize,
-) {
-    #[cfg(feature = "rayon")]
-    if threads > 1 && groups.len() > 1 {
-        let cut = groups.len() * (threads / 2) / threads;
-        let ((left, right), (left_out, right_out)) = (groups.split_at(cut), out.split_at_mut(cut));
-        rayon::join(
-            || forces_of_groups(materials, left, u, left_out, threads / 2),
-            || forces_of_groups(materials, right, u, right_out, threads - threads / 2),
-        );
-        return;
-    }
-    let _ = threads;
-    Arch::new().dispatch(
-        #[inline(always)]
-        || element_forces(materials, groups, u, out),
-    );
+/// [`Body::sum_energies`] for wide vectors.
+struct TotalEnergy<'a, const D: usize, const N: usize, M> {
+    body: &'a Body<D, N, M>,
+    u: &'a [f64],
 }
 
-/// Sums the forces of each star, vertices from `first` on, spread over threads.
-fn gather<const D: usize>(stars: &Stars, first: usize, forces: &[f64], out: &mut [[f64; D]], threads: usize) {
-    #[cfg(feature = "rayon")]
-    if threads > 1 && out.len() > 1 {
-        let cut = out.len() * (threads / 2) / threads;
-        let (left, right) = out.split_at_mut(cut);
-        rayon::join(
-            || gather(stars, first, forces, left, threads / 2),
-            || gather(stars, first + cut, forces, right, threads - threads / 2),
-        );
-        return;
+impl<const D: usize, const N: usize, M: Hyperelastic<D>> NullaryFnOnce for TotalEnergy<'_, D, N, M> {
+    type Output = f64;
+    #[inline(always)]
+    fn call(self) -> f64 {
+        self.body.sum_energies(self.u)
     }
-    let _ = threads;
+}
+
+/// [`element_forces`] for wide vectors.
+struct Forces<'a, const D: usize, const N: usize, M> {
+    materials: &'a [M],
+    groups: &'a [Group<D, N>],
+    u: &'a [f64],
+    forces: &'a mut [[[Lane; D]; N]],
+}
+
+impl<const D: usize, const N: usize, M: Hyperelastic<D>> NullaryFnOnce for Forces<'_, D, N, M> {
+    type Output = ();
+    #[inline(always)]
+    fn call(self) {
+        element_forces(self.materials, self.groups, self.u, self.forces);
+    }
+}
+
+/// Sums the forces of each star, vertices from `first` on.
+fn gather<const D: usize>(stars: &Stars, first: usize, forces: &[f64], out: &mut [[f64; D]]) {
     for (offset, force) in out.iter_mut().enumerate() {
         let mut sum = [0.0; D];
         for corner in stars.corners(first + offset) {

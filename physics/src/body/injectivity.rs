@@ -2,11 +2,11 @@
 
 use super::Body;
 use super::kernel::{deformation_gradients, gradient_differentials};
-use crate::lanes::{LANES, Lane, lane_matrix};
+use crate::lanes::{self, LANES, Lane, PackMatrix, lane_matrix, pack};
 use crate::material::Hyperelastic;
 use crate::small::{cofactor, contract, determinant};
 use nalgebra::SMatrix;
-use pulp::Arch;
+use pulp::{Arch, NullaryFnOnce};
 
 impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
     /// The largest `t` up to `limit` such that `det(F + s dF) > 0` in every element for `0 <= s < t`, where `dF` is the
@@ -15,35 +15,54 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
     pub(super) fn step_to_inversion(&self, u: &[f64], p: &[f64], limit: f64) -> f64 {
         self.check_len(u);
         self.check_len(p);
-        Arch::new().dispatch(
-            #[inline(always)]
-            || {
-                let mut step = limit;
-                for group in &self.elements.groups {
-                    if !self.materials[group.material as usize].requires_positive_j() {
-                        continue;
-                    }
-                    let (f, df) = (deformation_gradients(group, u), gradient_differentials(group, p));
-                    if all_clear(&f, &df, step) {
-                        continue;
-                    }
-                    for lane in 0..LANES {
-                        let polynomial = determinant_along(&lane_matrix(&f, lane), &lane_matrix(&df, lane));
-                        step = shorten(&polynomial, step);
-                    }
-                }
-                step
-            },
-        )
+        Arch::new().dispatch(Shortest { body: self, u, p, limit })
+    }
+
+    #[inline(always)]
+    fn shortest(&self, u: &[f64], p: &[f64], limit: f64) -> f64 {
+        let mut step = limit;
+        for group in &self.elements.groups {
+            if !self.materials[group.material as usize].requires_positive_j() {
+                continue;
+            }
+            let (f, df) = (deformation_gradients(group, u), gradient_differentials(group, p));
+            if all_clear(&f, &df, step) {
+                continue;
+            }
+            for lane in 0..LANES {
+                let polynomial = determinant_along(&lane_matrix(&f, lane), &lane_matrix(&df, lane));
+                step = shorten(&polynomial, step);
+            }
+        }
+        step
+    }
+}
+
+/// [`Body::shortest`] for wide vectors.
+struct Shortest<'a, const D: usize, const N: usize, M> {
+    body: &'a Body<D, N, M>,
+    u: &'a [f64],
+    p: &'a [f64],
+    limit: f64,
+}
+
+impl<const D: usize, const N: usize, M: Hyperelastic<D>> NullaryFnOnce for Shortest<'_, D, N, M> {
+    type Output = f64;
+    #[inline(always)]
+    fn call(self) -> f64 {
+        self.body.shortest(self.u, self.p, self.limit)
     }
 }
 
 /// Whether the lower bound of [`shorten`] settles all lanes of a group at once; that it does not may mean nothing. Most
-/// groups of a small step are settled here. In two dimensions only.
+/// groups of a small step are settled here.
 #[inline(always)]
 fn all_clear<const D: usize>(f: &[[Lane; D]; D], df: &[[Lane; D]; D], limit: f64) -> bool {
-    if D != 2 || !limit.is_finite() {
+    if !limit.is_finite() || D == 1 {
         return false;
+    }
+    if D == 3 {
+        return all_clear_in_space(&pack(f), &pack(df), limit);
     }
     let mut clear = [false; LANES];
     for k in 0..LANES {
@@ -55,6 +74,22 @@ fn all_clear<const D: usize>(f: &[[Lane; D]; D], df: &[[Lane; D]; D], limit: f64
         clear[k] = start - limit * falling > SAFELY_POSITIVE * start && start > 0.0;
     }
     clear.iter().all(|&c| c)
+}
+
+/// [`all_clear`] in space.
+#[inline(always)]
+fn all_clear_in_space<const D: usize>(f: &PackMatrix<D, LANES>, df: &PackMatrix<D, LANES>, limit: f64) -> bool {
+    let (cofactor_f, cofactor_df) = (lanes::cofactor(f), lanes::cofactor(df));
+    let start = lanes::determinant_by(f, &cofactor_f);
+    let (first, second) = (lanes::contract(&cofactor_f, df).abs(), lanes::contract(f, &cofactor_df).abs());
+    let third = lanes::determinant_by(df, &cofactor_df).abs();
+    let lowest = start - (first + (second + third * limit) * limit) * limit;
+    let mut clear = true;
+    for k in 0..LANES {
+        // False for a NaN.
+        clear &= lowest.0[k] > SAFELY_POSITIVE * start.0[k] && start.0[k] > 0.0;
+    }
+    clear
 }
 
 /// Coefficients of `det(F + t dF)`, ascending.

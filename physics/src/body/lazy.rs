@@ -3,7 +3,7 @@
 use super::element::Group;
 use crate::lanes::{LANES, Lane, Pack, PackMatrix, pack};
 use crate::material::Hyperelastic;
-use crate::svd::signed_svd_pack;
+use crate::svd::{rotations_near, signed_svd_pack};
 use nalgebra::SMatrix;
 use serde::{Deserialize, Serialize};
 
@@ -74,6 +74,7 @@ impl LazyRule {
         moduli: Moduli,
         f: &[[Lane; D]; D],
         f0: &[[Lane; D]; D],
+        turn: Option<&Turn<D>>,
     ) -> [bool; LANES] {
         let (mut difference, mut norm) = ([0.0; LANES], [0.0; LANES]);
         for i in 0..D {
@@ -98,52 +99,121 @@ impl LazyRule {
                 let scale = sizes(group).map(|size| moduli.lateral * size);
                 // Entries of rotations differ by 2 at most.
                 let moved = beyond([0.0; LANES]);
-                let possible = (0..LANES).any(|k| moved[k] && exceeds(16.0 * scale[k], threshold));
-                if D == 1 || !possible {
-                    return [false; LANES];
+                let mut changed = [false; LANES];
+                let Some(turn) = turn else { return changed };
+                for k in 0..LANES {
+                    changed[k] = moved[k] && exceeds(16.0 * scale[k], threshold);
                 }
-                let turned = turns(f, f0);
-                std::array::from_fn(|k| moved[k] && exceeds(turned[k] * turned[k] * scale[k], threshold))
+                if !changed.contains(&true) {
+                    return changed;
+                }
+                let turned = turn.product(f);
+                for k in 0..LANES {
+                    changed[k] &= exceeds(turned[k] * turned[k] * scale[k], threshold);
+                }
+                changed
             }
         }
     }
+
+    /// Whether this rule compares rotations.
+    pub(super) fn compares_rotations(self) -> bool {
+        matches!(self, Self::Rotation(_)) && !self.is_eager()
+    }
+}
+
+/// The rotations `U`, `V` of the elements of a group where they were evaluated, in single precision: a function of `F`
+/// there alone.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Turn<const D: usize> {
+    u: [[[f32; LANES]; D]; D],
+    v: [[[f32; LANES]; D]; D],
+}
+
+impl<const D: usize> Turn<D> {
+    /// Those of an element at rest.
+    pub fn at_rest() -> Self {
+        let mut identity = [[[0.0; LANES]; D]; D];
+        for i in 0..D {
+            identity[i][i] = [1.0; LANES];
+        }
+        Self { u: identity, v: identity }
+    }
+
+    /// Those of an evaluation at `f`. In one dimension nothing turns.
+    pub fn of(f: &[[Lane; D]; D]) -> Self {
+        match D {
+            2 => Self::decomposed::<2>(f),
+            3 => Self::decomposed::<3>(f),
+            _ => Self::at_rest(),
+        }
+    }
+
+    /// `E = D`: decompositions are for two and three dimensions alone.
+    fn decomposed<const E: usize>(f: &[[Lane; D]; D]) -> Self {
+        let svd = signed_svd_pack(&resized::<D, E, _>(&pack(f)));
+        let single = |m: &PackMatrix<D, LANES>| m.map(|row| row.map(|x| x.0.map(|x| x as f32)));
+        Self { u: single(&resized(&svd.u)), v: single(&resized(&svd.v)) }
+    }
+
+    /// `max|dU| max|dV|` of each lane on the way to `f`.
+    #[inline(always)]
+    fn product(&self, f: &[[Lane; D]; D]) -> Lane {
+        match D {
+            2 => self.product_in::<2>(f),
+            3 => self.product_in::<3>(f),
+            _ => [0.0; LANES],
+        }
+    }
+
+    #[inline(always)]
+    fn product_in<const E: usize>(&self, f: &[[Lane; D]; D]) -> Lane {
+        let (u0, v0) = (resized::<D, E, _>(&doubled(&self.u)), resized::<D, E, _>(&doubled(&self.v)));
+        let (u, v) = rotations_near(&resized::<D, E, _>(&pack(f)), &v0);
+        (largest_change(&u, &u0) * largest_change(&v, &v0)).0
+    }
+}
+
+#[inline(always)]
+fn doubled<const D: usize>(m: &[[[f32; LANES]; D]; D]) -> PackMatrix<D, LANES> {
+    let mut out = [[Pack::ZERO; D]; D];
+    for i in 0..D {
+        for k in 0..D {
+            for lane in 0..LANES {
+                out[i][k].0[lane] = f64::from(m[i][k][lane]);
+            }
+        }
+    }
+    out
+}
+
+#[inline(always)]
+fn largest_change<const D: usize>(a: &PackMatrix<D, LANES>, b: &PackMatrix<D, LANES>) -> Pack<LANES> {
+    let mut largest = Pack::ZERO;
+    for i in 0..D {
+        for k in 0..D {
+            largest = largest.max((a[i][k] - b[i][k]).abs());
+        }
+    }
+    largest
+}
+
+/// The same matrix where `E = D`.
+#[inline(always)]
+fn resized<const D: usize, const E: usize, T: Copy>(f: &[[T; D]; D]) -> [[T; E]; E] {
+    let mut out = [[f[0][0]; E]; E];
+    for i in 0..D.min(E) {
+        for k in 0..D.min(E) {
+            out[i][k] = f[i][k];
+        }
+    }
+    out
 }
 
 /// A NaN exceeds everything.
 #[inline(always)]
 fn exceeds(value: f64, limit: f64) -> bool {
     value > limit || value.is_nan()
-}
-
-/// `max|dU| max|dV|` of each lane; zero in one dimension.
-#[inline(always)]
-fn turns<const D: usize>(f: &[[Lane; D]; D], f0: &[[Lane; D]; D]) -> Lane {
-    match D {
-        2 => turns_in::<2>(&resized(f), &resized(f0)),
-        3 => turns_in::<3>(&resized(f), &resized(f0)),
-        _ => [0.0; LANES],
-    }
-}
-
-/// The same matrix where `E = D`: decompositions are for two and three dimensions alone.
-#[inline(always)]
-fn resized<const D: usize, const E: usize>(f: &[[Lane; D]; D]) -> [[Lane; E]; E] {
-    std::array::from_fn(|i| std::array::from_fn(|k| f[i.min(D - 1)][k.min(D - 1)]))
-}
-
-#[inline(always)]
-fn turns_in<const D: usize>(f: &[[Lane; D]; D], f0: &[[Lane; D]; D]) -> Lane {
-    let (now, then) = (signed_svd_pack(&pack(f)), signed_svd_pack(&pack(f0)));
-    let largest = |a: &PackMatrix<D, LANES>, b: &PackMatrix<D, LANES>| {
-        let mut largest = Pack::<LANES>::ZERO;
-        for i in 0..D {
-            for k in 0..D {
-                largest = largest.max((a[i][k] - b[i][k]).abs());
-            }
-        }
-        largest
-    };
-    (largest(&now.u, &then.u) * largest(&now.v, &then.v)).0
 }
 
 /// `max|N| max|B|` of each lane, m in three dimensions.

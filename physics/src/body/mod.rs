@@ -21,6 +21,7 @@ mod mass;
 mod momentum;
 mod partition;
 mod regions;
+mod rows;
 mod star;
 mod stored;
 
@@ -33,7 +34,7 @@ use crate::lanes::{LANES, Lane};
 use crate::material::Hyperelastic;
 use crate::small::determinant;
 use element::{Element, ElementTable};
-use lazy::Moduli;
+use lazy::{Moduli, Turn};
 use mass::Mass;
 use nalgebra::SMatrix;
 use partition::Parts;
@@ -43,6 +44,7 @@ use star::{Corner, Stars};
 use stored::Stored;
 use stylet_mesh::{CellId, MeshChange, SimplexMesh};
 use stylet_solver::sparse::{BlockCsr, SparseError};
+use stylet_solver::team::Team;
 
 /// Elements below which waking a second thread costs more than it saves.
 const CROSSOVER_ELEMENTS: usize = 4096;
@@ -169,12 +171,14 @@ pub struct Body<const D: usize, const N: usize, M> {
     references: Vec<[[Lane; D]; D]>,
     /// Element stiffnesses by slot; lazy bodies once linearised.
     stored: Vec<Stored<D>>,
+    /// Rotations of the elements where they were evaluated; lazy bodies that compare them.
+    turns: Vec<Turn<D>>,
     parts: Parts<D>,
     mass: Option<Mass>,
     assembled: bool,
     lazy: LazyRule,
     project: bool,
-    threads: usize,
+    team: Team,
     elements_linearized: u64,
     elements_updated: usize,
     /// Element forces on their way to the vertices.
@@ -226,7 +230,8 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
             assembled: false,
             lazy: LazyRule::Always,
             project: false,
-            threads: 1,
+            team: Team::serial(),
+            turns: Vec::new(),
             elements_linearized: 0,
             elements_updated: 0,
             forces: Vec::new(),
@@ -400,9 +405,17 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
         self.elements_linearized
     }
 
-    /// Number of threads for forces and linearisations; the bits do not depend on it. Small bodies stay on one.
+    /// [`set_team`](Self::set_team) with a team of its own, of this many threads.
     pub fn set_threads(&mut self, threads: usize) {
-        self.threads = threads.max(1);
+        if self.team.size() != threads.clamp(1, Team::MAX_MEMBERS) {
+            self.set_team(&Team::new(threads));
+        }
+    }
+
+    /// Forces and linearisations are shared by this team from now on, best the one that solves too; the bits do not depend
+    /// on it. Small bodies stay on the calling thread.
+    pub fn set_team(&mut self, team: &Team) {
+        self.team = team.clone();
     }
 
     /// How many element stiffnesses the last linearisation evaluated.
@@ -443,8 +456,8 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
     }
 
     /// The threads that are worth waking for a pass over all elements.
-    fn threads_worth(&self) -> usize {
-        if self.elements.n_slots() < CROSSOVER_ELEMENTS { 1 } else { self.threads }
+    fn team_worth(&self) -> Team {
+        if self.elements.n_slots() < CROSSOVER_ELEMENTS { Team::serial() } else { self.team.clone() }
     }
 
     /// Bytes that elements, matrix and mass take, spare room included.
@@ -461,6 +474,7 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
             + size_of::<[[u16; N]; N]>() * self.places.capacity()
             + size_of::<[[Lane; D]; D]>() * self.references.capacity()
             + size_of::<Stored<D>>() * self.stored.capacity()
+            + size_of::<Turn<D>>() * self.turns.capacity()
             + size_of::<[[Lane; D]; N]>() * self.forces.capacity()
     }
 

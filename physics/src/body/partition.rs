@@ -8,6 +8,7 @@ use super::element::ElementTable;
 use super::star::Stars;
 use stylet_solver::Block;
 use stylet_solver::sparse::BlockCsr;
+use stylet_solver::team::Team;
 
 /// Rows, elements and sums of one part.
 #[derive(Clone, Debug, Default)]
@@ -16,7 +17,7 @@ pub(super) struct Part<const D: usize> {
     pub rows: Vec<u32>,
     /// Slots of the elements around them, cells ascending.
     pub elements: Vec<u32>,
-    /// The rows one after another, on their way to the matrix.
+    /// The rows one after another, on their way to the matrix; of given parts alone.
     pub values: Vec<Block<D>>,
 }
 
@@ -26,8 +27,10 @@ pub(super) struct Parts<const D: usize> {
     pub parts: Vec<Part<D>>,
     /// The part of each vertex.
     pub owner: Vec<u16>,
-    /// Where the row of each vertex begins among the values of its part.
+    /// Where the row of each vertex begins among the values of its part; of given parts alone.
     pub start: Vec<u32>,
+    /// The first row of each part that is cut in order.
+    bounds: Vec<usize>,
     /// Whether owners were given by the caller.
     given: bool,
     /// Whether the lists follow the mesh and the number of parts.
@@ -38,6 +41,12 @@ impl<const D: usize> Parts<D> {
     /// The mesh has changed: the lists are made anew before they are next used.
     pub fn outdate(&mut self) {
         self.current = false;
+    }
+
+    /// The first row of each part and the number of rows beyond the last one; none if the caller has given the parts.
+    pub fn bounds(&self) -> Option<[usize; Team::MAX_MEMBERS]> {
+        let end = self.owner.len();
+        (!self.given).then(|| std::array::from_fn(|k| self.bounds.get(k).copied().unwrap_or(end)))
     }
 
     /// Takes owners from the caller, or forgets those that it gave.
@@ -96,19 +105,28 @@ impl<const D: usize> Parts<D> {
             before += stars.corners(vertex).len();
             part as u16
         }));
+        self.bounds.clear();
+        self.bounds.extend((0..n_parts).map(|part| self.owner.partition_point(|&owner| usize::from(owner) < part)));
     }
 
     fn list_rows(&mut self, stars: &Stars, matrix: &BlockCsr<D>) {
-        self.start.clear();
-        for part in &mut self.parts {
-            part.values.clear();
-        }
+        self.start = Vec::new();
         for vertex in 0..stars.n_vertices() {
-            let part = &mut self.parts[self.owner[vertex] as usize];
-            self.start.push(part.values.len() as u32);
-            part.rows.push(vertex as u32);
-            let end = part.values.len() + matrix.row(vertex).0.len();
-            part.values.resize(end, [[0.0; D]; D]);
+            self.parts[self.owner[vertex] as usize].rows.push(vertex as u32);
+        }
+        if !self.given {
+            self.parts.iter_mut().for_each(|part| part.values = Vec::new());
+            return;
+        }
+        let mut lengths = vec![0; self.parts.len()];
+        for vertex in 0..stars.n_vertices() {
+            let length = &mut lengths[self.owner[vertex] as usize];
+            self.start.push(*length as u32);
+            *length += matrix.row(vertex).0.len();
+        }
+        for (part, length) in self.parts.iter_mut().zip(lengths) {
+            part.values.clear();
+            part.values.resize(length, [[0.0; D]; D]);
         }
     }
 
@@ -117,6 +135,9 @@ impl<const D: usize> Parts<D> {
         let of_part = |part: &Part<D>| {
             4 * (part.rows.capacity() + part.elements.capacity()) + size_of::<Block<D>>() * part.values.capacity()
         };
-        2 * self.owner.capacity() + 4 * self.start.capacity() + self.parts.iter().map(of_part).sum::<usize>()
+        2 * self.owner.capacity()
+            + 4 * self.start.capacity()
+            + 8 * self.bounds.capacity()
+            + self.parts.iter().map(of_part).sum::<usize>()
     }
 }

@@ -10,12 +10,18 @@ use stylet_solver::Block;
 pub(super) type Stored<const D: usize> = [[[f32; D]; D]; 6];
 
 /// Rounds the blocks of an upper triangle.
+#[inline(always)]
 pub(super) fn pack<const D: usize, const N: usize>(upper: &[Block<D>]) -> Stored<D> {
     let mut stored = [[[0.0; D]; D]; 6];
     for a in 1..N {
         for b in a..N {
             let block = &upper[upper_index(N, a, b)];
-            stored[upper_index(D, a - 1, b - 1)] = block.map(|row| row.map(|k| k as f32));
+            let into: &mut [[f32; D]; D] = &mut stored[upper_index(D, a - 1, b - 1)];
+            for i in 0..D {
+                for j in 0..D {
+                    into[i][j] = block[i][j] as f32;
+                }
+            }
         }
     }
     stored
@@ -51,12 +57,14 @@ pub(super) fn row<const D: usize, const N: usize>(stored: &Stored<D>, a: usize) 
 /// `K_ab` with `a, b >= 1`.
 #[inline(always)]
 fn block<const D: usize>(stored: &Stored<D>, a: usize, b: usize) -> Block<D> {
-    if a <= b {
-        stored[upper_index(D, a - 1, b - 1)].map(|row| row.map(f64::from))
-    } else {
-        let k = &stored[upper_index(D, b - 1, a - 1)];
-        std::array::from_fn(|i| std::array::from_fn(|j| f64::from(k[j][i])))
+    let (k, transposed) = (&stored[upper_index(D, a.min(b) - 1, a.max(b) - 1)], a > b);
+    let mut out = [[0.0; D]; D];
+    for i in 0..D {
+        for j in 0..D {
+            out[i][j] = f64::from(if transposed { k[j][i] } else { k[i][j] });
+        }
     }
+    out
 }
 
 #[inline(always)]

@@ -1,8 +1,8 @@
 //! Compressible neo-Hookean solid, and the family of laws `mu/2 |F|^2 + U(J)` it belongs to.
 
-use super::principal::{self, Curvature, Principal, Products, projection_by_principal_stretches};
+use super::principal::{self, Curvature, Principal, Products};
 use super::{Hyperelastic, Lame, MaterialError, Tangent, fill_upper, lane_by_lane, lane_gradients};
-use crate::lanes::{Lane, Pack, array_of, lane_matrix, matrix_of, pack};
+use crate::lanes::{self, LANES, Lane, Pack, PackMatrix, array_of, lane_matrix, matrix_of, pack};
 use crate::small::{cofactor, contract, determinant_minus_one, dot, map_gradients, times};
 use nalgebra::SMatrix;
 use serde::{Deserialize, Serialize};
@@ -104,7 +104,86 @@ impl<const D: usize> Hyperelastic<D> for NeoHookean {
         self.volumetric(j).element_stiffness(self.lame.mu(), &inverse, gradients, weight, upper);
     }
 
-    projection_by_principal_stretches!(D);
+    fn projected_tangent(&self, f: &SMatrix<f64, D, D>) -> Tangent<D> {
+        principal::tangent(self, f, true)
+    }
+
+    #[inline(always)]
+    fn element_stiffness_lanes<const N: usize>(
+        &self,
+        f: &[[Lane; D]; D],
+        gradients: &[[Lane; D]; N],
+        weight: &Lane,
+        project: bool,
+        upper: &mut [[[Lane; D]; D]],
+    ) {
+        if D == 1 {
+            return lane_by_lane(
+                upper,
+                #[inline(always)]
+                |lane, blocks| {
+                    let g = lane_gradients(gradients, lane);
+                    self.element_stiffness(&lane_matrix(f, lane), &g, weight[lane], blocks);
+                },
+            );
+        }
+        let g = matrix_of::<N, D, LANES>(|a, i| Pack(gradients[a][i]));
+        let mut put = principal::put_lanes::<D, N>(upper);
+        if !project {
+            return self.stiffness(&pack(f), &g, Pack(*weight), put);
+        }
+        let (f, weight) = (pack(f), Pack(*weight));
+        let blocks = principal::Elements { law: self, f: &f, gradients: &g, weight, project }.blocks();
+        for at in 0..N * (N + 1) / 2 {
+            put(at, blocks[at]);
+        }
+    }
+}
+
+impl NeoHookean {
+    /// [`Volumetric::element_stiffness`] in packs, with its bits; two and three dimensions.
+    #[inline(always)]
+    fn stiffness<const D: usize, const N: usize, const L: usize>(
+        &self,
+        f: &PackMatrix<D, L>,
+        g: &[[Pack<L>; D]; N],
+        weight: Pack<L>,
+        mut put: impl FnMut(usize, PackMatrix<D, L>),
+    ) {
+        let (mu, lambda) = (self.lame.mu(), self.lame.lambda());
+        let cofactor = lanes::cofactor(f);
+        let j = Pack::ONE + lanes::determinant_minus_one(f);
+        let reciprocal = Pack::ONE / j;
+        let mut h = [[Pack::ZERO; D]; N];
+        for a in 0..N {
+            for i in 0..D {
+                for k in 0..D {
+                    h[a][i] += cofactor[i][k] * reciprocal * g[a][k];
+                }
+            }
+        }
+        let stress = weight * ((j - Pack::ONE) * lambda * j - Pack::splat(mu));
+        let slope = weight * ((j * 2.0 - Pack::ONE) * lambda * j);
+        let mu = weight * mu;
+        let mut at = 0;
+        for a in 0..N {
+            for b in a..N {
+                let mut k = [[Pack::ZERO; D]; D];
+                let mut dot = Pack::ZERO;
+                for i in 0..D {
+                    dot += g[a][i] * g[b][i];
+                    for l in 0..D {
+                        k[i][l] = slope * (h[a][i] * h[b][l]) - stress * (h[b][i] * h[a][l]);
+                    }
+                }
+                for i in 0..D {
+                    k[i][i] += mu * dot;
+                }
+                put(at, k);
+                at += 1;
+            }
+        }
+    }
 }
 
 /// Where all stretches are positive.

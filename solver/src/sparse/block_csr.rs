@@ -4,7 +4,7 @@ mod parts;
 
 use super::arena::{Arena, Slot};
 use crate::Block;
-pub(crate) use parts::RowsMut;
+pub use parts::RowsMut;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Slot sizes are multiples of this.

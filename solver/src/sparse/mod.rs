@@ -15,8 +15,7 @@ mod rows;
 mod scalar_csr;
 mod views;
 
-pub(crate) use block_csr::RowsMut;
-pub use block_csr::{BlockCsr, SparseError};
+pub use block_csr::{BlockCsr, RowsMut, SparseError};
 pub use contributions::{ContributionError, ElementBlocks, ElementContributions, LazyReport, RefreshRule};
 pub use frozen::Frozen;
 pub(crate) use rows::Rows;

@@ -1,9 +1,10 @@
 //! Rows of a matrix made at once, and written by several threads.
 
-use super::{Arena, BlockCsr, GRAIN, SparseError};
+use super::{Arena, BlockCsr, GRAIN, SparseError, WRITES};
 use crate::Block;
 use crate::sparse::arena::Slot;
 use std::ops::Range;
+use std::sync::atomic::Ordering;
 
 impl<const B: usize> BlockCsr<B> {
     /// The matrix of zeros with the strictly ascending columns `cols[starts[i]..starts[i + 1]]` in row `i`, one `starts` more
@@ -40,9 +41,15 @@ impl<const B: usize> BlockCsr<B> {
         Ok(matrix)
     }
 
-    /// Lends the rows from `bounds[k]` to `bounds[k + 1]`, those of the last part to `end`, for writing. `None` unless the rows lie one behind the
-    /// other, as those of [`from_pattern`](Self::from_pattern) do as long as none outgrows its place.
-    pub(crate) fn parts<'a, const PARTS: usize>(
+    /// Lends the rows from `bounds[k]` to `bounds[k + 1]`, those of the last part to `end`, for writing by a thread each.
+    /// `None` unless the rows lie one behind the other, as those of [`from_pattern`](Self::from_pattern), or rows set in
+    /// ascending order, do as long as none outgrows its place.
+    ///
+    /// All rows count as lent; followers of the matrix copy those alone that [`RowsMut::row_mut`] was called for.
+    ///
+    /// # Panics
+    /// If the bounds do not ascend to `end`, or `end` is beyond the last row.
+    pub fn parts<'a, const PARTS: usize>(
         &'a mut self,
         bounds: [usize; PARTS],
         end: usize,
@@ -54,46 +61,65 @@ impl<const B: usize> BlockCsr<B> {
             }
             place = slot.start + slot.capacity;
         }
-        (0..self.n_rows()).for_each(|row| self.note_write(row));
+        assert!(bounds.is_sorted() && bounds.last().is_none_or(|&last| last <= end), "bounds {bounds:?} up to {end}");
         self.rows_written += self.n_rows() as u64;
+        // One number for all: each row takes on one content under it.
+        let stamp = 1 + WRITES.fetch_add(1, Ordering::Relaxed);
         let (mut rest, mut offset) = (&mut self.vals[..], 0);
+        let first = bounds.first().copied().unwrap_or(end);
+        let mut rest_stamps = &mut self.stamps[first..end];
         Some(std::array::from_fn(|k| {
             let rows = bounds[k]..bounds.get(k + 1).copied().unwrap_or(end);
+            let (stamps, after_stamps) = std::mem::take(&mut rest_stamps).split_at_mut(rows.len());
+            rest_stamps = after_stamps;
             let last = self.slots[rows.clone()].iter().rfind(|slot| slot.capacity > 0);
             let place = last.map_or(offset, |slot| (slot.start + slot.capacity) as usize);
             let (vals, after) = std::mem::take(&mut rest).split_at_mut(place - offset);
-            let part = RowsMut { rows, slots: &self.slots, cols: &self.cols, vals, offset };
+            let part = RowsMut { rows, slots: &self.slots, cols: &self.cols, vals, offset, stamps, stamp };
             (rest, offset) = (after, place);
             part
         }))
     }
 }
 
-/// Some rows of a matrix, lent for writing; the columns of all of them can be read.
-pub(crate) struct RowsMut<'a, const B: usize> {
+/// Some rows of a matrix, lent for writing by [`BlockCsr::parts`]; the columns of all rows can be read.
+#[derive(Debug)]
+pub struct RowsMut<'a, const B: usize> {
     rows: Range<usize>,
     slots: &'a [Slot],
     cols: &'a [u32],
     /// Blocks from place `offset` on.
     vals: &'a mut [Block<B>],
     offset: usize,
+    /// Of `rows`, and the stamp of those that are written.
+    stamps: &'a mut [u64],
+    stamp: u64,
 }
 
 impl<const B: usize> RowsMut<'_, B> {
     /// The rows that may be written.
+    #[must_use]
     pub fn rows(&self) -> Range<usize> {
         self.rows.clone()
     }
 
     /// Columns of a row, whoever writes it.
+    ///
+    /// # Panics
+    /// If the matrix has no such row.
+    #[must_use]
     #[inline(always)]
     pub fn cols(&self, row: usize) -> &[u32] {
         &self.cols[self.slots[row].range()]
     }
 
-    /// Columns and blocks of one of [`rows`](Self::rows).
+    /// Columns and blocks of one of [`rows`](Self::rows). What is written must be finite: a product would spread a NaN.
+    ///
+    /// # Panics
+    /// If `row` is not one of them.
     #[inline(always)]
     pub fn row_mut(&mut self, row: usize) -> (&[u32], &mut [Block<B>]) {
+        self.stamps[row - self.rows.start] = if self.slots[row].len == 0 { 0 } else { self.stamp };
         let range = self.slots[row].range();
         (&self.cols[range.clone()], &mut self.vals[range.start - self.offset..range.end - self.offset])
     }
@@ -123,6 +149,12 @@ mod tests {
             expected.set_row(row as usize, &cols, &blocks).unwrap();
         }
         assert!((0..4).all(|row| a.row(row) == expected.row(row)));
+        let before: Vec<u64> = (0..4).map(|row| a.stamp(row)).collect();
+        for part in a.parts([0, 2], 4).as_mut().unwrap() {
+            part.row_mut(part.rows().start);
+        }
+        let changed = [0, 1, 2, 3].map(|row| a.stamp(row) != before[row]);
+        assert_eq!(changed, [true, false, true, false], "only rows that were asked for count as written");
         // A row that has moved to the end stands in the way.
         a.set_row(0, &[0, 1, 2, 3], &[[[1.0; 2]; 2]; 4]).unwrap();
         assert!(a.parts([0], 4).is_some(), "four blocks have room where there were two");

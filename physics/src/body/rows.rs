@@ -1,0 +1,299 @@
+//! Rows of the stiffness matrix, summed by parts.
+
+use super::assembly::{MAX_PAIRS, add, add_block, at_rest, lane_blocks};
+use super::element::{ElementTable, Group};
+use super::partition::{Part, Parts};
+use super::star::Stars;
+use super::stored::{self, Stored};
+use crate::lanes::{LANES, Lane};
+use crate::material::Hyperelastic;
+use pulp::{Arch, NullaryFnOnce};
+use stylet_solver::Block;
+use stylet_solver::sparse::{BlockCsr, RowsMut};
+use stylet_solver::team::Team;
+
+/// What the rows hold.
+pub(super) trait RowSum<const D: usize>: Sync {
+    /// Whether a row is summed anew.
+    fn wants(&self, vertex: usize) -> bool;
+
+    /// Overwrites the wanted rows of a part.
+    fn sum(&self, part: &Part<D>, rows: &mut impl PartRows<D>);
+}
+
+/// Where a part writes.
+pub(super) trait PartRows<const D: usize> {
+    /// Whether the row of a vertex belongs to the part.
+    fn owns(&self, vertex: usize) -> bool;
+
+    /// The blocks of a row of the part.
+    fn row_mut(&mut self, vertex: usize) -> &mut [Block<D>];
+}
+
+impl<const D: usize> PartRows<D> for RowsMut<'_, D> {
+    #[inline(always)]
+    fn owns(&self, vertex: usize) -> bool {
+        self.rows().contains(&vertex)
+    }
+
+    #[inline(always)]
+    fn row_mut(&mut self, vertex: usize) -> &mut [Block<D>] {
+        RowsMut::row_mut(self, vertex).1
+    }
+}
+
+/// All rows.
+impl<const D: usize> PartRows<D> for BlockCsr<D> {
+    #[inline(always)]
+    fn owns(&self, _: usize) -> bool {
+        true
+    }
+
+    #[inline(always)]
+    fn row_mut(&mut self, vertex: usize) -> &mut [Block<D>] {
+        BlockCsr::row_mut(self, vertex).1
+    }
+}
+
+/// The rows of a part that lie anywhere, in its buffer.
+struct Buffered<'a, const D: usize> {
+    part: u16,
+    owner: &'a [u16],
+    start: &'a [u32],
+    matrix: &'a BlockCsr<D>,
+    values: &'a mut [Block<D>],
+}
+
+impl<const D: usize> PartRows<D> for Buffered<'_, D> {
+    #[inline(always)]
+    fn owns(&self, vertex: usize) -> bool {
+        self.owner[vertex] == self.part
+    }
+
+    #[inline(always)]
+    fn row_mut(&mut self, vertex: usize) -> &mut [Block<D>] {
+        &mut self.values[self.start[vertex] as usize..][..self.matrix.row(vertex).0.len()]
+    }
+}
+
+/// Sums the wanted rows of a matrix whose pattern stands, the parts shared by a team.
+pub(super) fn write_rows<const D: usize>(
+    parts: &mut Parts<D>,
+    team: &Team,
+    matrix: &mut BlockCsr<D>,
+    sum: &impl RowSum<D>,
+) {
+    let Some(bounds) = parts.bounds() else { return write_buffered(parts, team, matrix, sum) };
+    if let [whole] = &parts.parts[..] {
+        return sum.sum(whole, matrix);
+    }
+    let (n_parts, n_rows) = (parts.parts.len(), matrix.n_rows());
+    let write = |k: usize, rows: &mut RowsMut<'_, D>| sum.sum(&parts.parts[k], rows);
+    if let Some(mut lent) = matrix.parts(bounds, n_rows) {
+        return team.each(&mut lent[..n_parts], write);
+    }
+    // Rows that have outgrown their places stand elsewhere: once after a change of the mesh.
+    *matrix = in_row_order(matrix);
+    if let Some(mut lent) = matrix.parts(bounds, n_rows) {
+        team.each(&mut lent[..n_parts], write);
+    }
+}
+
+/// The same matrix, its rows one behind the other.
+fn in_row_order<const D: usize>(matrix: &BlockCsr<D>) -> BlockCsr<D> {
+    let (mut starts, mut columns) = (vec![0], Vec::with_capacity(matrix.n_blocks()));
+    for row in 0..matrix.n_rows() {
+        columns.extend_from_slice(matrix.row(row).0);
+        starts.push(columns.len());
+    }
+    let mut ordered = BlockCsr::from_pattern(&starts, &columns).expect("the rows of a matrix make one");
+    for row in 0..matrix.n_rows() {
+        ordered.row_mut(row).1.copy_from_slice(matrix.row(row).1);
+    }
+    ordered
+}
+
+/// Parts that lie anywhere: each sums to its buffer, and the buffers are copied.
+fn write_buffered<const D: usize>(parts: &mut Parts<D>, team: &Team, matrix: &mut BlockCsr<D>, sum: &impl RowSum<D>) {
+    let Parts { parts, owner, start, .. } = parts;
+    let (owner, start, pattern) = (&owner[..], &start[..], &*matrix);
+    team.each(parts, |k, part| {
+        let mut values = std::mem::take(&mut part.values);
+        sum.sum(part, &mut Buffered { part: k as u16, owner, start, matrix: pattern, values: &mut values });
+        part.values = values;
+    });
+    for part in parts {
+        for vertex in part.rows.iter().map(|&vertex| vertex as usize).filter(|&vertex| sum.wants(vertex)) {
+            let (columns, row) = matrix.row_mut(vertex);
+            let from = start[vertex] as usize;
+            row.copy_from_slice(&part.values[from..from + columns.len()]);
+        }
+    }
+}
+
+/// Rows summed from elements that are evaluated on the way, at their references.
+pub(super) struct Evaluated<'a, const D: usize, const N: usize, M> {
+    pub materials: &'a [M],
+    pub elements: &'a ElementTable<D, N>,
+    pub places: &'a [[[u16; N]; N]],
+    pub references: &'a [[[Lane; D]; D]],
+    pub project: bool,
+}
+
+impl<const D: usize, const N: usize, M: Hyperelastic<D>> RowSum<D> for Evaluated<'_, D, N, M> {
+    fn wants(&self, _: usize) -> bool {
+        true
+    }
+
+    fn sum(&self, part: &Part<D>, rows: &mut impl PartRows<D>) {
+        Arch::new().dispatch(Evaluate { pass: self, part, rows });
+    }
+}
+
+/// [`Evaluated::visit`] for wide vectors.
+struct Evaluate<'a, 'b, const D: usize, const N: usize, M, R> {
+    pass: &'a Evaluated<'b, D, N, M>,
+    part: &'a Part<D>,
+    rows: &'a mut R,
+}
+
+impl<const D: usize, const N: usize, M: Hyperelastic<D>, R: PartRows<D>> NullaryFnOnce
+    for Evaluate<'_, '_, D, N, M, R>
+{
+    type Output = ();
+    #[inline(always)]
+    fn call(self) {
+        self.pass.visit(self.part, self.rows);
+    }
+}
+
+impl<const D: usize, const N: usize, M: Hyperelastic<D>> Evaluated<'_, D, N, M> {
+    #[inline(always)]
+    fn visit(&self, part: &Part<D>, rows: &mut impl PartRows<D>) {
+        for &vertex in &part.rows {
+            rows.row_mut(vertex as usize).fill([[0.0; D]; D]);
+        }
+        let (mut gathered, mut gathered_f) = (Group::empty(0), at_rest());
+        let mut upper = [[[[0.0; LANES]; D]; D]; MAX_PAIRS];
+        let pairs = N * (N + 1) / 2;
+        let mut rest = part.elements.as_slice();
+        while !rest.is_empty() {
+            let slots = self.batch(rest);
+            rest = &rest[slots.len()..];
+            let first = slots[0] as usize;
+            // Slots that were freed and taken again need not ascend with their cells.
+            let in_place = slots.iter().enumerate().all(|(lane, &slot)| slot as usize == first + lane);
+            let whole = slots.len() == LANES && first.is_multiple_of(LANES) && in_place;
+            let (group, f) = if whole {
+                (&self.elements.groups[first / LANES], &self.references[first / LANES])
+            } else {
+                self.gather(slots, &mut gathered, &mut gathered_f);
+                (&gathered, &gathered_f)
+            };
+            let material = &self.materials[group.material as usize];
+            material.element_stiffness_lanes(
+                f,
+                &group.all_gradients(),
+                &group.weight,
+                self.project,
+                &mut upper[..pairs],
+            );
+            for (lane, &slot) in slots.iter().enumerate() {
+                let blocks = lane_blocks(&upper, lane);
+                let places = &self.places[slot as usize];
+                for a in 0..N {
+                    let vertex = group.vertices[a][lane] as usize;
+                    if !rows.owns(vertex) {
+                        continue;
+                    }
+                    let row = rows.row_mut(vertex);
+                    for b in 0..N {
+                        add_block::<D, N>(&blocks, a, b, &mut row[places[a][b] as usize]);
+                    }
+                }
+            }
+        }
+    }
+
+    /// The next elements of one material, as many as there are lanes at most. A batch that begins within a group ends with
+    /// it, so that the next one is a whole group if it can be.
+    #[inline(always)]
+    fn batch<'b>(&self, slots: &'b [u32]) -> &'b [u32] {
+        let material = |slot: u32| self.elements.groups[slot as usize / LANES].material;
+        let (first, most) = (slots[0], slots.len().min(LANES));
+        let mut len = 1;
+        while len < most && material(slots[len]) == material(first) {
+            let next = slots[len];
+            if next == slots[len - 1] + 1 && (next as usize).is_multiple_of(LANES) {
+                break;
+            }
+            len += 1;
+        }
+        &slots[..len]
+    }
+
+    /// Elements from anywhere side by side; lanes beyond hold elements of an earlier batch, or none.
+    #[inline(always)]
+    fn gather(&self, slots: &[u32], group: &mut Group<D, N>, f: &mut [[Lane; D]; D]) {
+        for (lane, &slot) in slots.iter().enumerate() {
+            let (from, from_lane) = (slot as usize / LANES, slot as usize % LANES);
+            group.material = self.elements.groups[from].material;
+            group.copy_lane(lane, &self.elements.groups[from], from_lane);
+            for i in 0..D {
+                for k in 0..D {
+                    f[i][k][lane] = self.references[from][i][k][from_lane];
+                }
+            }
+        }
+    }
+}
+
+/// Wanted rows summed from the elements that a lazy body keeps.
+pub(super) struct Kept<'a, const D: usize, const N: usize> {
+    pub stars: &'a Stars,
+    pub stored: &'a [Stored<D>],
+    pub places: &'a [[[u16; N]; N]],
+    pub wanted: &'a [bool],
+}
+
+impl<const D: usize, const N: usize> RowSum<D> for Kept<'_, D, N> {
+    fn wants(&self, vertex: usize) -> bool {
+        self.wanted[vertex]
+    }
+
+    fn sum(&self, part: &Part<D>, rows: &mut impl PartRows<D>) {
+        Arch::new().dispatch(Keep { pass: self, part, rows });
+    }
+}
+
+/// [`Kept::visit`] for wide vectors.
+struct Keep<'a, 'b, const D: usize, const N: usize, R> {
+    pass: &'a Kept<'b, D, N>,
+    part: &'a Part<D>,
+    rows: &'a mut R,
+}
+
+impl<const D: usize, const N: usize, R: PartRows<D>> NullaryFnOnce for Keep<'_, '_, D, N, R> {
+    type Output = ();
+    #[inline(always)]
+    fn call(self) {
+        self.pass.visit(self.part, self.rows);
+    }
+}
+
+impl<const D: usize, const N: usize> Kept<'_, D, N> {
+    #[inline(always)]
+    fn visit(&self, part: &Part<D>, rows: &mut impl PartRows<D>) {
+        for vertex in part.rows.iter().map(|&vertex| vertex as usize).filter(|&vertex| self.wanted[vertex]) {
+            let row = rows.row_mut(vertex);
+            row.fill([[0.0; D]; D]);
+            for corner in self.stars.corners(vertex) {
+                let (slot, a) = (corner.slot::<D, N>(), corner.local::<D, N>());
+                let blocks = stored::row::<D, N>(&self.stored[slot], a);
+                for b in 0..N {
+                    add(&blocks[b], &mut row[self.places[slot][a][b] as usize]);
+                }
+            }
+        }
+    }
+}
