@@ -7,12 +7,14 @@ mod conformance;
 mod density;
 mod fields;
 mod materials;
+mod materials3d;
 mod mesh;
 mod published;
 mod random;
 mod report;
 mod solvers;
 mod speed;
+mod stability;
 mod timing;
 mod tolerance;
 mod work_precision;
@@ -71,6 +73,12 @@ pub const SUITES: &[Suite] = &[
         name: "solvers",
         about: "the solver core: products, methods x preconditioners x tolerances, targets, a page of results",
         run: solvers::run,
+    },
+    Suite { name: "materials3d", about: "every material on four static scenes in 3D", run: materials3d::run },
+    Suite {
+        name: "stability",
+        about: "crushed, scrambled and inverted bodies, contrast, hostile input, threads, by material (J1 to J4, J11, J12)",
+        run: stability::run,
     },
 ];
 

@@ -135,6 +135,7 @@ impl<const D: usize> Integrator<D> {
     ) -> Result<State, DynamicsError> {
         let state = State { dt: self.settings.dt, a: vec![0.0; u.len()], u, v, ..State::default() };
         self.prepare(body, subspace, &state)?;
+        self.check_start(body, &state)?;
         self.ask(0.0, drive)?;
         let damping = self.settings.damping;
         let [product, force, _] = &mut self.scratch;
