@@ -3,8 +3,7 @@
 use super::{DENSITY, POISSON, SIDE, YOUNG, largest, law};
 use crate::random::SplitMix64;
 use crate::{BenchOptions, Figure, Numbers, Report, Row};
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use rayon::prelude::*;
 use std::time::Instant;
 use stylet_mesh::SimplexMesh;
 use stylet_mesh::generate::kuhn_box;
@@ -97,22 +96,11 @@ pub(super) fn run(options: &BenchOptions, say: &mut dyn FnMut(&str), report: &mu
 
 /// The runs of one law, as many at a time as there are threads; each has the bits of one that is alone.
 fn all(solid: Solid, cells: usize, crushes: &[Crush], options: &BenchOptions) -> Vec<Run> {
-    let (next, done) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
-    std::thread::scope(|scope| {
-        for _ in 0..options.threads.clamp(1, crushes.len()) {
-            scope.spawn(|| {
-                loop {
-                    let index = next.fetch_add(1, Ordering::Relaxed);
-                    let Some(&crush) = crushes.get(index).filter(|_| !options.stopped()) else { return };
-                    let run = recover(solid, cells, crush);
-                    done.lock().expect("no run panics").push((index, run));
-                }
-            });
-        }
-    });
-    let mut runs = done.into_inner().expect("no run panics");
-    runs.sort_by_key(|(index, _)| *index);
-    runs.into_iter().map(|(_, run)| run).collect()
+    let run = |crush: &Crush| (!options.stopped()).then(|| recover(solid, cells, *crush));
+    match rayon::ThreadPoolBuilder::new().num_threads(options.threads).build() {
+        Ok(pool) => pool.install(|| crushes.par_iter().filter_map(run).collect()),
+        Err(_) => crushes.iter().filter_map(run).collect(),
+    }
 }
 
 fn row(case: String, runs: &[Run]) -> Row {

@@ -74,6 +74,9 @@ pub fn solve_static<const D: usize, const N: usize, M: Hyperelastic<D>>(
     solve_static_program(body, subspace, &mut scale, u, settings, workspace)
 }
 
+/// What [`solve_static_program`] follows: `program(s, load, u)`.
+pub type Program<'a> = dyn FnMut(f64, &mut [f64], &mut [f64]) + 'a;
+
 /// As [`solve_static`], along a program: `program(s, load, u)` writes the load (N) at the share `s` of the way, in `[0, 1]`,
 /// and into `u` the displacements that are prescribed there on constrained nodes, none else. Large prescribed motions, such
 /// as a twist, are followed in as many steps as it takes.
@@ -83,7 +86,7 @@ pub fn solve_static<const D: usize, const N: usize, M: Hyperelastic<D>>(
 pub fn solve_static_program<const D: usize, const N: usize, M: Hyperelastic<D>>(
     body: &mut Body<D, N, M>,
     subspace: &Subspace<D>,
-    program: &mut dyn FnMut(f64, &mut [f64], &mut [f64]),
+    program: &mut Program,
     u: &mut [f64],
     settings: &StaticSettings,
     workspace: &mut StaticWorkspace<D>,

@@ -25,7 +25,7 @@ const STALL_TOLERANCE: f64 = 1e-8;
 pub(super) fn step_load<const D: usize, const N: usize, M: Hyperelastic<D>>(
     body: &mut Body<D, N, M>,
     subspace: &Subspace<D>,
-    program: &mut dyn FnMut(f64, &mut [f64], &mut [f64]),
+    program: &mut super::Program,
     u: &mut [f64],
     settings: &StaticSettings,
     ws: &mut StaticWorkspace<D>,

@@ -19,5 +19,6 @@ mod patch;
 mod regions;
 mod slab_load;
 mod solid_loads;
+mod stability;
 mod statics;
 mod time_stepping;

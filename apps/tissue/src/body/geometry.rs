@@ -2,7 +2,7 @@
 
 use super::scene::{MeshStage, Scene};
 use crate::error::RunError;
-use std::path::PathBuf;
+use std::path::Path;
 use stylet_mesh::check::{RepairSettings, repair};
 use stylet_mesh::generate::kuhn_box;
 use stylet_mesh::import::{FacetTag, Imported, export};
@@ -99,7 +99,7 @@ pub(super) fn fixed<const D: usize>(key: &str, numbers: &[f64]) -> Result<[f64; 
 }
 
 impl<const D: usize, const N: usize> Geometry<D, N> {
-    fn new(scene: &Scene, mut data: MeshData, path: &PathBuf) -> Result<Self, RunError> {
+    fn new(scene: &Scene, mut data: MeshData, path: &Path) -> Result<Self, RunError> {
         if scene.mesh.repair {
             data = repaired::<D, N>(data);
         }

@@ -1,7 +1,6 @@
 //! Validation sheet J on small meshes: an inverted element (J3), contrast (J4), threads (J12), and laws that refuse inversion.
 
-mod support;
-
+use crate::support::{YOUNG, clamped, solve};
 use stylet_mesh::generate::kuhn_box;
 use stylet_mesh::{CellId, SimplexMesh};
 use stylet_physics::body::{Body, Density, MassKind};
@@ -9,7 +8,6 @@ use stylet_physics::dynamics::{Damping, Drive, DynamicsError, DynamicsSettings, 
 use stylet_physics::material::{NeoHookean, Solid, StVenantKirchhoff};
 use stylet_solver::energy::Energy;
 use stylet_solver::team::Team;
-use support::{YOUNG, clamped, solve};
 
 const SIDE: f64 = 0.1;
 
