@@ -129,7 +129,8 @@ pub trait Hyperelastic<const D: usize>: Clone + Send + Sync {
     }
 
     /// Stiffnesses of a group of elements, of the projected tangent if `project`: the bits of
-    /// [`element_stiffness`](Self::element_stiffness), or of that of the [`projected_tangent`](Self::projected_tangent).
+    /// [`element_stiffness`](Self::element_stiffness), or, up to rounding, that of the
+    /// [`projected_tangent`](Self::projected_tangent).
     ///
     /// By default lane by lane.
     ///
