@@ -1,26 +1,7 @@
 //! The keys of a scene file: the one table that reads, checks, writes and documents them.
 
 use crate::scene::*;
-use stylet_scene::{Bound, Column, Key, Kind, Row, Stage, Table, Value};
-
-const fn between(min: Bound, max: Bound) -> Kind {
-    Kind::Float { min, max }
-}
-
-/// A word of a scene file for each value of an enumeration.
-trait Words: Copy + PartialEq + 'static {
-    const WORDS: &'static [(&'static str, Self)];
-
-    fn read(value: &Value) -> Result<Self, String> {
-        let word = value.text()?;
-        let found = Self::WORDS.iter().find(|(name, _)| *name == word);
-        found.map(|(_, value)| *value).ok_or_else(|| format!("found {word}"))
-    }
-
-    fn write(self) -> Option<Value> {
-        Self::WORDS.iter().find(|(_, value)| *value == self).map(|(name, _)| Value::Text((*name).into()))
-    }
-}
+use stylet_scene::{Bound, Column, Key, Kind, Row, Stage, Table, Value, Words, key};
 
 impl Words for Model {
     const WORDS: &'static [(&'static str, Self)] = &[
@@ -83,95 +64,36 @@ fn output(scene: &mut Scene) -> &mut OutputStage {
     scene.output.get_or_insert_default()
 }
 
-/// One [`Key`] of a field that is a number, a flag or a word.
-macro_rules! key {
-    ($path:literal, $kind:expr, $unit:literal, $default:literal, $meaning:literal,
-     $read:ident: |$s:ident| $place:expr, |$g:ident| $get:expr) => {
-        Key {
-            path: $path,
-            kind: $kind,
-            unit: $unit,
-            default: $default,
-            meaning: $meaning,
-            set: |$s, value| {
-                $place = value.$read()?;
-                Ok(())
-            },
-            get: |$g| $get,
-        }
-    };
-    ($path:literal, $words:expr, $default:literal, $meaning:literal,
-     $type:ty: |$s:ident| $place:expr, |$g:ident| $get:expr) => {
-        Key {
-            path: $path,
-            kind: Kind::Choice($words),
-            unit: "",
-            default: $default,
-            meaning: $meaning,
-            set: |$s, value| {
-                $place = <$type>::read(value)?.into();
-                Ok(())
-            },
-            get: |$g| $get,
-        }
-    };
-}
-
 const STAGES: &[Stage<Scene>] = &[
-    Stage {
-        name: "mesh",
-        meaning: "a square slab of right triangles, or a cube of tetrahedra",
-        required: false,
-        enable: |_| {},
-    },
-    Stage { name: "material", meaning: "the tissue; a slab is in plane stress", required: false, enable: |_| {} },
-    Stage { name: "support", meaning: "how the tissue is held", required: false, enable: |_| {} },
-    Stage { name: "solver", meaning: "how an equilibrium is found", required: false, enable: |_| {} },
-    Stage {
-        name: "needle",
-        meaning: "a rigid needle, and the force density along its shaft",
-        required: false,
-        enable: |s| {
-            needle(s);
-        },
-    },
-    Stage {
-        name: "load",
-        meaning: "the force density applied at once, as a static load",
-        required: false,
-        enable: |s| {
-            load(s);
-        },
-    },
-    Stage {
-        name: "friction",
-        meaning: "stick-slip friction: the needle is inserted step by step",
-        required: false,
-        enable: |s| {
-            friction(s);
-        },
-    },
-    Stage {
-        name: "output",
-        meaning: "what is written while the scene runs",
-        required: false,
-        enable: |s| {
-            output(s);
-        },
-    },
+    Stage::optional("mesh", "a square slab of right triangles, or a cube of tetrahedra", |_| {}),
+    Stage::optional("material", "the tissue; a slab is in plane stress", |_| {}),
+    Stage::optional("support", "how the tissue is held", |_| {}),
+    Stage::optional("solver", "how an equilibrium is found", |_| {}),
+    Stage::optional("needle", "a rigid needle, and the force density along its shaft", |s| {
+        needle(s);
+    }),
+    Stage::optional("load", "the force density applied at once, as a static load", |s| {
+        load(s);
+    }),
+    Stage::optional("friction", "stick-slip friction: the needle is inserted step by step", |s| {
+        friction(s);
+    }),
+    Stage::optional("output", "what is written while the scene runs", |s| {
+        output(s);
+    }),
 ];
 
 const DENSITY: &[Column] = &[
     Column {
         name: "distance",
-        kind: between(Bound::Inclusive(0.0), Bound::Inclusive(10.0)),
+        kind: Kind::between(Bound::Inclusive(0.0), Bound::Inclusive(10.0)),
         unit: "m",
         required: true,
         meaning: "behind the tip, increasing",
     },
     Column {
         name: "force",
-        kind: between(Bound::Inclusive(0.0), Bound::Inclusive(1e9)),
+        kind: Kind::between(Bound::Inclusive(0.0), Bound::Inclusive(1e9)),
         unit: "N/m",
         required: true,
         meaning: "per length of the shaft",
@@ -181,21 +103,21 @@ const DENSITY: &[Column] = &[
 const MOTION: &[Column] = &[
     Column {
         name: "depth",
-        kind: between(Bound::Inclusive(0.0), Bound::Inclusive(100.0)),
+        kind: Kind::between(Bound::Inclusive(0.0), Bound::Inclusive(100.0)),
         unit: "m",
         required: true,
         meaning: "travel of the base since the start, increasing",
     },
     Column {
         name: "insert",
-        kind: between(Bound::Inclusive(-1.0), Bound::Inclusive(1.0)),
+        kind: Kind::between(Bound::Inclusive(-1.0), Bound::Inclusive(1.0)),
         unit: "m",
         required: false,
         meaning: "insertion of the tip along the axis; left out: as in the row before",
     },
     Column {
         name: "sleeve",
-        kind: between(Bound::Inclusive(-1.0), Bound::Inclusive(1.0)),
+        kind: Kind::between(Bound::Inclusive(-1.0), Bound::Inclusive(1.0)),
         unit: "m",
         required: false,
         meaning: "offset of the base to its left; left out: as in the row before",
@@ -229,9 +151,9 @@ pub const TABLE: Table<Scene> = Table {
     keys: &[
         key!("mesh.kind", &["slab", "cube"], "\"slab\"", "what the needle is pushed into",
             Tissue: |s| s.mesh.kind, |s| s.mesh.kind.write()),
-        key!("mesh.side", between(Bound::Inclusive(1e-6), Bound::Inclusive(1e3)), "m", "0.1", "side of the slab or cube",
+        key!("mesh.side", Kind::between(Bound::Inclusive(1e-6), Bound::Inclusive(1e3)), "m", "0.1", "side of the slab or cube",
             float: |s| s.mesh.side, |s| Some(Value::Float(s.mesh.side))),
-        key!("mesh.thickness", between(Bound::Inclusive(1e-6), Bound::Inclusive(1e3)), "m", "0.01", "thickness of the slab",
+        key!("mesh.thickness", Kind::between(Bound::Inclusive(1e-6), Bound::Inclusive(1e3)), "m", "0.01", "thickness of the slab",
             float: |s| s.mesh.thickness, |s| Some(Value::Float(s.mesh.thickness))),
         key!("mesh.h_start", Kind::Int { min: 1, max: 10 }, "level", "3", "starting mesh: triangles with legs of side * 2^-h_start",
             int: |s| s.mesh.h_start, |s| Some(Value::Int(s.mesh.h_start))),
@@ -241,9 +163,9 @@ pub const TABLE: Table<Scene> = Table {
             int: |s| s.mesh.fold, |s| Some(Value::Int(s.mesh.fold))),
         key!("material.model", &["linear", "st-venant-kirchhoff", "neo-hookean"], "\"linear\"", "constitutive law",
             Model: |s| s.material.model, |s| s.material.model.write()),
-        key!("material.young", between(Bound::Inclusive(1e-3), Bound::Inclusive(1e15)), "Pa", "34000.0", "Young's modulus",
+        key!("material.young", Kind::between(Bound::Inclusive(1e-3), Bound::Inclusive(1e15)), "Pa", "34000.0", "Young's modulus",
             float: |s| s.material.young, |s| Some(Value::Float(s.material.young))),
-        key!("material.poisson", between(Bound::Inclusive(0.0), Bound::Exclusive(0.5)), "", "0.34", "Poisson's ratio",
+        key!("material.poisson", Kind::between(Bound::Inclusive(0.0), Bound::Exclusive(0.5)), "", "0.34", "Poisson's ratio",
             float: |s| s.material.poisson, |s| Some(Value::Float(s.material.poisson))),
         key!("support.clamped", &["left", "right", "bottom", "top", "front", "back"], "\"right\"", "side whose nodes are fixed; the last axis points up, front and back are those of a cube",
             Side: |s| s.support.clamped, |s| s.support.clamped.write()),
@@ -251,13 +173,13 @@ pub const TABLE: Table<Scene> = Table {
             Method: |s| s.solver.method, |s| s.solver.method.and_then(Method::write)),
         key!("solver.preconditioner", &["none", "jacobi", "block-jacobi"], "\"block-jacobi\"", "what conjugate gradients are preconditioned with",
             PreconditionerKind: |s| s.solver.preconditioner, |s| s.solver.preconditioner.write()),
-        key!("solver.tolerance", between(Bound::Inclusive(1e-14), Bound::Exclusive(1.0)), "", "1e-6", "relative tolerance of the residual force",
+        key!("solver.tolerance", Kind::between(Bound::Inclusive(1e-14), Bound::Exclusive(1.0)), "", "1e-6", "relative tolerance of the residual force",
             float: |s| s.solver.tolerance, |s| Some(Value::Float(s.solver.tolerance))),
         key!("solver.max_iterations", Kind::Int { min: 1, max: 1_000_000_000 }, "", "10000", "most iterations of one solve; the iterate is kept when they run out",
             int: |s| s.solver.max_iterations, |s| Some(Value::Int(s.solver.max_iterations))),
         key!("solver.criterion", &["external", "reaction"], "\"reaction\"", "residual against external forces (6.8), or against those and the reactions (6.9)",
             CriterionKind: |s| s.solver.criterion, |s| s.solver.criterion.write()),
-        key!("solver.round_off", between(Bound::Inclusive(0.0), Bound::Inclusive(1e-2)), "", "1e-8", "tolerance for rounding errors, eps_round of (6.9)",
+        key!("solver.round_off", Kind::between(Bound::Inclusive(0.0), Bound::Inclusive(1e-2)), "", "1e-8", "tolerance for rounding errors, eps_round of (6.9)",
             float: |s| s.solver.round_off, |s| Some(Value::Float(s.solver.round_off))),
         Key {
             path: "needle.entry",
@@ -271,15 +193,15 @@ pub const TABLE: Table<Scene> = Table {
             },
             get: |s| s.needle.as_ref().map(|n| Value::Floats(n.entry.to_vec())),
         },
-        key!("needle.angle", between(Bound::Inclusive(-7.0), Bound::Inclusive(7.0)), "rad", "0.0", "direction of the needle, from the x axis",
+        key!("needle.angle", Kind::between(Bound::Inclusive(-7.0), Bound::Inclusive(7.0)), "rad", "0.0", "direction of the needle, from the x axis",
             float: |s| needle(s).angle, |s| s.needle.as_ref().map(|n| Value::Float(n.angle))),
-        key!("needle.elevation", between(Bound::Inclusive(-1.6), Bound::Inclusive(1.6)), "rad", "0.0", "direction of the needle in a cube, from the plane of x and y upwards",
+        key!("needle.elevation", Kind::between(Bound::Inclusive(-1.6), Bound::Inclusive(1.6)), "rad", "0.0", "direction of the needle in a cube, from the plane of x and y upwards",
             float: |s| needle(s).elevation, |s| s.needle.as_ref().map(|n| Value::Float(n.elevation))),
-        key!("needle.radius", between(Bound::Inclusive(0.0), Bound::Inclusive(1.0)), "m", "0.0", "radius of the shaft in a cube: tetrahedra that touch it are refined, nodes within are taken",
+        key!("needle.radius", Kind::between(Bound::Inclusive(0.0), Bound::Inclusive(1.0)), "m", "0.0", "radius of the shaft in a cube: tetrahedra that touch it are refined, nodes within are taken",
             float: |s| needle(s).radius, |s| s.needle.as_ref().map(|n| Value::Float(n.radius))),
-        key!("needle.depth", between(Bound::Exclusive(0.0), Bound::Inclusive(1e3)), "m", "0.07", "length of the needle in the tissue at the end; needle.motion takes its place",
+        key!("needle.depth", Kind::between(Bound::Exclusive(0.0), Bound::Inclusive(1e3)), "m", "0.07", "length of the needle in the tissue at the end; needle.motion takes its place",
             float: |s| needle(s).depth, |s| s.needle.as_ref().map(|n| Value::Float(n.depth))),
-        key!("needle.speed", between(Bound::Inclusive(1e-4), Bound::Inclusive(1e3)), "h_ref/cycle", "0.1", "travel of the base per cycle, in legs of level mesh.h_ref, in a cube in side * 2^(-fold / 3); above 1, tissue is passed before it is loaded",
+        key!("needle.speed", Kind::between(Bound::Inclusive(1e-4), Bound::Inclusive(1e3)), "h_ref/cycle", "0.1", "travel of the base per cycle, in legs of level mesh.h_ref, in a cube in side * 2^(-fold / 3); above 1, tissue is passed before it is loaded",
             float: |s| needle(s).speed, |s| s.needle.as_ref().map(|n| Value::Float(n.speed))),
         key!("needle.rearrange", &["once", "settle"], "\"settle\"", "the needle moves on after one rearrangement, as published, or when no state changes",
             Rearrange: |s| needle(s).rearrange, |s| s.needle.as_ref().and_then(|n| n.rearrange.write())),
@@ -324,9 +246,9 @@ pub const TABLE: Table<Scene> = Table {
         },
         key!("load.distribution", &["lumped", "consistent"], "\"consistent\"", "nodal forces from the density at the node, or integrated against the shape functions",
             Distribution: |s| load(s).distribution, |s| s.load.as_ref().and_then(|l| l.distribution.write())),
-        key!("friction.static_ratio", between(Bound::Inclusive(1.0), Bound::Inclusive(1e6)), "", "2.0", "static over dynamic threshold",
+        key!("friction.static_ratio", Kind::between(Bound::Inclusive(1.0), Bound::Inclusive(1e6)), "", "2.0", "static over dynamic threshold",
             float: |s| friction(s).static_ratio, |s| s.friction.as_ref().map(|f| Value::Float(f.static_ratio))),
-        key!("friction.restick", between(Bound::Inclusive(0.0), Bound::Inclusive(1.0)), "", "0.02", "a slipping node sticks when its force falls below 1 + restick times its dynamic threshold",
+        key!("friction.restick", Kind::between(Bound::Inclusive(0.0), Bound::Inclusive(1.0)), "", "0.02", "a slipping node sticks when its force falls below 1 + restick times its dynamic threshold",
             float: |s| friction(s).restick, |s| s.friction.as_ref().map(|f| Value::Float(f.restick))),
         key!("output.frames", Kind::Int { min: 0, max: 1_000_000_000 }, "cycles", "0", "a VTU frame every so many cycles; 0: the last state only",
             int: |s| output(s).frames, |s| s.output.as_ref().map(|o| Value::Int(o.frames))),

@@ -81,6 +81,11 @@ pub struct Column {
 }
 
 impl Kind {
+    /// A finite number from `min` to `max`.
+    pub const fn between(min: Bound, max: Bound) -> Self {
+        Self::Float { min, max }
+    }
+
     /// What a message says that it wants, such as `a number >= 0 and < 0.5`.
     pub(crate) fn expected(&self) -> String {
         match self {

@@ -51,6 +51,7 @@
 
 mod check;
 mod error;
+mod key;
 mod kind;
 mod load;
 mod nearest;
@@ -59,6 +60,7 @@ mod schema;
 mod set;
 mod table;
 mod value;
+mod words;
 mod write;
 
 pub use error::{Place, Problem, SceneError};
@@ -68,6 +70,7 @@ pub use nearest::nearest;
 pub use read::has_table;
 pub use table::{Key, Stage, Table};
 pub use value::{Row, Value};
+pub use words::Words;
 
 #[cfg(test)]
 mod properties;

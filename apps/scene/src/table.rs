@@ -33,6 +33,13 @@ pub struct Stage<S: 'static> {
     pub enable: fn(&mut S),
 }
 
+impl<S> Stage<S> {
+    /// A stage that a scene file may leave out.
+    pub const fn optional(name: &'static str, meaning: &'static str, enable: fn(&mut S)) -> Self {
+        Self { name, meaning, required: false, enable }
+    }
+}
+
 /// All that a scene file of one application may say.
 pub struct Table<S: 'static> {
     /// The tables, in the order in which they are documented, enabled and written.

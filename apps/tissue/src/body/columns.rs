@@ -6,12 +6,12 @@ use stylet_scene::{Bound, Column, Kind};
 /// Sides of the box around a body, by axis and end; front and back are those of the second axis in space.
 pub(super) const SIDES: &[&str] = &["left", "right", "front", "back", "bottom", "top"];
 
-pub(super) const ANY: Kind = Kind::Float { min: Bound::None, max: Bound::None };
-pub(super) const NOT_NEGATIVE: Kind = Kind::Float { min: Bound::Inclusive(0.0), max: Bound::None };
+pub(super) const ANY: Kind = Kind::between(Bound::None, Bound::None);
+pub(super) const NOT_NEGATIVE: Kind = Kind::between(Bound::Inclusive(0.0), Bound::None);
 pub(super) const VECTOR: Kind = Kind::Point { dim_min: 2, dim_max: 3 };
-pub(super) const YOUNG: Kind = Kind::Float { min: Bound::Inclusive(1e-3), max: Bound::Inclusive(1e15) };
-pub(super) const POISSON: Kind = Kind::Float { min: Bound::Exclusive(-1.0), max: Bound::Exclusive(0.5) };
-pub(super) const DENSITY: Kind = Kind::Float { min: Bound::Exclusive(0.0), max: Bound::Inclusive(1e6) };
+pub(super) const YOUNG: Kind = Kind::between(Bound::Inclusive(1e-3), Bound::Inclusive(1e15));
+pub(super) const POISSON: Kind = Kind::between(Bound::Exclusive(-1.0), Bound::Exclusive(0.5));
+pub(super) const DENSITY: Kind = Kind::between(Bound::Exclusive(0.0), Bound::Inclusive(1e6));
 const TAG: Kind = Kind::Int { min: i32::MIN as i64, max: i32::MAX as i64 };
 
 const fn optional(name: &'static str, kind: Kind, unit: &'static str, meaning: &'static str) -> Column {

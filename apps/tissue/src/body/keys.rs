@@ -2,14 +2,9 @@
 
 use super::columns::{CONSTRAINT, DENSITY, LOAD, NOT_NEGATIVE, POISSON, REGION, VECTOR, YOUNG};
 use super::scene::*;
-use super::words::Words;
 use super::{constraint, load, material};
 use stylet_physics::material::Solid;
-use stylet_scene::{Bound, Key, Kind, Stage, Table, Value};
-
-const fn between(min: Bound, max: Bound) -> Kind {
-    Kind::Float { min, max }
-}
+use stylet_scene::{Bound, Key, Kind, Stage, Table, Value, Words, key};
 
 fn statics(scene: &mut Scene) -> &mut StaticsStage {
     scene.statics.get_or_insert_default()
@@ -25,40 +20,6 @@ fn start(scene: &mut Scene) -> &mut StartStage {
 
 fn output(scene: &mut Scene) -> &mut OutputStage {
     scene.output.get_or_insert_default()
-}
-
-/// One [`Key`] of a field: by an accessor of [`Value`], by words, or by a function.
-macro_rules! key {
-    ($path:literal, $kind:expr, $unit:literal, $default:literal, $meaning:literal,
-     $read:ident: |$s:ident| $place:expr, |$g:ident| $get:expr) => {
-        Key {
-            path: $path,
-            kind: $kind,
-            unit: $unit,
-            default: $default,
-            meaning: $meaning,
-            set: |$s, value| {
-                $place = value.$read()?.to_owned().into();
-                Ok(())
-            },
-            get: |$g| $get,
-        }
-    };
-    ($path:literal, $words:expr, $default:literal, $meaning:literal,
-     $type:ty: |$s:ident| $place:expr, |$g:ident| $get:expr) => {
-        Key {
-            path: $path,
-            kind: Kind::Choice($words),
-            unit: "",
-            default: $default,
-            meaning: $meaning,
-            set: |$s, value| {
-                $place = <$type>::read(value)?.into();
-                Ok(())
-            },
-            get: |$g| $get,
-        }
-    };
 }
 
 /// One [`Key`] of an array of tables, whose rows are checked one by one.
@@ -82,24 +43,20 @@ macro_rules! rows {
     };
 }
 
-const fn stage(name: &'static str, meaning: &'static str, enable: fn(&mut Scene)) -> Stage<Scene> {
-    Stage { name, meaning, required: false, enable }
-}
-
 const STAGES: &[Stage<Scene>] = &[
-    stage("mesh", "a box of right simplices, or a file", |_| {}),
-    stage("material", "what is in no [[region]]; in two dimensions in plane strain", |_| {}),
-    stage("statics", "the body comes to rest; instead of [time]", |s| {
+    Stage::optional("mesh", "a box of right simplices, or a file", |_| {}),
+    Stage::optional("material", "what is in no [[region]]; in two dimensions in plane strain", |_| {}),
+    Stage::optional("statics", "the body comes to rest; instead of [time]", |s| {
         statics(s);
     }),
-    stage("time", "the body moves; instead of [statics]", |s| {
+    Stage::optional("time", "the body moves; instead of [statics]", |s| {
         time(s);
     }),
-    stage("solver", "how systems of equations are solved", |_| {}),
-    stage("start", "where free nodes are at the start", |s| {
+    Stage::optional("solver", "how systems of equations are solved", |_| {}),
+    Stage::optional("start", "where free nodes are at the start", |s| {
         start(s);
     }),
-    stage("output", "what is written while the scene runs", |s| {
+    Stage::optional("output", "what is written while the scene runs", |s| {
         output(s);
     }),
 ];
@@ -118,7 +75,7 @@ pub const TABLE: Table<Scene> = Table {
             floats: |s| s.mesh.origin, |s| (!s.mesh.origin.is_empty()).then(|| Value::Floats(s.mesh.origin.clone()))),
         key!("mesh.cells", CELLS, "", "[4, 4, 4]", "parts along each side, each of 2 triangles or 6 tetrahedra (Kuhn)",
             floats: |s| s.mesh.cells, |s| Some(Value::Floats(s.mesh.cells.clone()))),
-        key!("mesh.thickness", between(Bound::Inclusive(1e-6), Bound::Inclusive(1e3)), "m", "1.0", "thickness in two dimensions",
+        key!("mesh.thickness", Kind::between(Bound::Inclusive(1e-6), Bound::Inclusive(1e3)), "m", "1.0", "thickness in two dimensions",
             float: |s| s.mesh.thickness, |s| Some(Value::Float(s.mesh.thickness))),
         key!("mesh.repair", Kind::Bool, "", "false", "put right what has one remedy in a file, such as duplicate cells",
             bool: |s| s.mesh.repair, |s| Some(Value::Bool(s.mesh.repair))),
@@ -142,19 +99,19 @@ pub const TABLE: Table<Scene> = Table {
         key!("statics.method", &["cg", "llt", "ldlt", "newton-cg", "polak-ribiere", "fletcher-reeves", "hager-zhang", "l-bfgs"],
             "cg for linear, newton-cg for others", "how the equilibrium is found; the first three for linear materials only",
             Method: |s| statics(s).method, |s| s.statics.as_ref()?.method.and_then(Method::write)),
-        key!("statics.first_step", between(Bound::Exclusive(0.0), Bound::Inclusive(1.0)), "", "1.0", "first load step as a share of the load; doubled after a success, halved after a failure",
+        key!("statics.first_step", Kind::between(Bound::Exclusive(0.0), Bound::Inclusive(1.0)), "", "1.0", "first load step as a share of the load; doubled after a success, halved after a failure",
             float: |s| statics(s).first_step, |s| s.statics.as_ref().map(|t| Value::Float(t.first_step))),
-        key!("statics.smallest_step", between(Bound::Exclusive(0.0), Bound::Inclusive(1.0)), "", "1/1024", "load step below which the solve gives up",
+        key!("statics.smallest_step", Kind::between(Bound::Exclusive(0.0), Bound::Inclusive(1.0)), "", "1/1024", "load step below which the solve gives up",
             float: |s| statics(s).smallest_step, |s| s.statics.as_ref().map(|t| Value::Float(t.smallest_step))),
-        key!("time.dt", between(Bound::Inclusive(1e-9), Bound::Inclusive(1e3)), "s", "0.01", "step; the first one of adaptive steps",
+        key!("time.dt", Kind::between(Bound::Inclusive(1e-9), Bound::Inclusive(1e3)), "s", "0.01", "step; the first one of adaptive steps",
             float: |s| time(s).dt, |s| s.time.as_ref().map(|t| Value::Float(t.dt))),
-        key!("time.end", between(Bound::Exclusive(0.0), Bound::Inclusive(1e6)), "s", "1.0", "end of the run",
+        key!("time.end", Kind::between(Bound::Exclusive(0.0), Bound::Inclusive(1e6)), "s", "1.0", "end of the run",
             float: |s| time(s).end, |s| s.time.as_ref().map(|t| Value::Float(t.end))),
         key!("time.scheme", &["newmark", "trapezoid", "backward-euler"], "\"trapezoid\"", "how displacement and velocity follow from the acceleration",
             SchemeKind: |s| time(s).scheme, |s| s.time.as_ref().and_then(|t| t.scheme.write())),
-        key!("time.beta", between(Bound::Exclusive(0.0), Bound::Inclusive(0.5)), "", "0.25", "Newmark's beta",
+        key!("time.beta", Kind::between(Bound::Exclusive(0.0), Bound::Inclusive(0.5)), "", "0.25", "Newmark's beta",
             float: |s| time(s).beta, |s| s.time.as_ref().map(|t| Value::Float(t.beta))),
-        key!("time.gamma", between(Bound::Inclusive(0.5), Bound::Inclusive(1.0)), "", "0.5", "Newmark's gamma; above 1/2 it damps",
+        key!("time.gamma", Kind::between(Bound::Inclusive(0.5), Bound::Inclusive(1.0)), "", "0.5", "Newmark's gamma; above 1/2 it damps",
             float: |s| time(s).gamma, |s| s.time.as_ref().map(|t| Value::Float(t.gamma))),
         key!("time.newton", &["one", "full"], "\"one\"", "one linearised step as published, or Newton's method to solver.tolerance",
             NewtonKind: |s| time(s).newton, |s| s.time.as_ref().and_then(|t| t.newton.write())),
@@ -173,7 +130,7 @@ pub const TABLE: Table<Scene> = Table {
         key!("solver.preconditioner", &["none", "jacobi", "block-jacobi", "ssor", "ic0", "chebyshev", "aggregation", "factor"],
             "\"block-jacobi\"", "what iterations are preconditioned with; in [time] block-jacobi alone",
             PreconditionerKind: |s| s.solver.preconditioner, |s| s.solver.preconditioner.write()),
-        key!("solver.tolerance", between(Bound::Inclusive(1e-14), Bound::Exclusive(1.0)), "", "1e-6", "relative tolerance of the residual force",
+        key!("solver.tolerance", Kind::between(Bound::Inclusive(1e-14), Bound::Exclusive(1.0)), "", "1e-6", "relative tolerance of the residual force",
             float: |s| s.solver.tolerance, |s| Some(Value::Float(s.solver.tolerance))),
         key!("solver.max_iterations", Kind::Int { min: 1, max: 1_000_000_000 }, "", "20000", "most iterations per load step or time step",
             int: |s| s.solver.max_iterations, |s| Some(Value::Int(s.solver.max_iterations))),

@@ -1,22 +1,7 @@
 //! The words of a scene file for each value of an enumeration.
 
 use super::scene::*;
-use stylet_scene::Value;
-
-/// A word for each value.
-pub(super) trait Words: Copy + PartialEq + 'static {
-    const WORDS: &'static [(&'static str, Self)];
-
-    fn read(value: &Value) -> Result<Self, String> {
-        let word = value.text()?;
-        let found = Self::WORDS.iter().find(|(name, _)| *name == word);
-        found.map(|(_, value)| *value).ok_or_else(|| format!("found {word}"))
-    }
-
-    fn write(self) -> Option<Value> {
-        Self::WORDS.iter().find(|(_, value)| *value == self).map(|(name, _)| Value::Text((*name).into()))
-    }
-}
+use stylet_scene::Words;
 
 impl Words for Method {
     const WORDS: &'static [(&'static str, Self)] = &[
