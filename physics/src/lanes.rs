@@ -6,6 +6,7 @@
 
 use nalgebra::SMatrix;
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
+use stylet_solver::real::Real;
 
 /// Elements that are computed side by side: the width of the vector units that the kernels are compiled for.
 pub const LANES: usize = 4;
@@ -15,23 +16,23 @@ pub type Lane = [f64; LANES];
 
 /// `L` numbers with the arithmetic of one.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Pack<const L: usize>(pub [f64; L]);
+pub(crate) struct Pack<const L: usize, T = f64>(pub [T; L]);
 
 /// A matrix of packs, `[row][column]`.
-pub(crate) type PackMatrix<const D: usize, const L: usize> = [[Pack<L>; D]; D];
+pub(crate) type PackMatrix<const D: usize, const L: usize, T = f64> = [[Pack<L, T>; D]; D];
 
-impl<const L: usize> Pack<L> {
-    pub const ZERO: Self = Self([0.0; L]);
-    pub const ONE: Self = Self([1.0; L]);
+impl<const L: usize, T: Real> Pack<L, T> {
+    pub const ZERO: Self = Self([T::ZERO; L]);
+    pub const ONE: Self = Self([T::ONE; L]);
 
     #[inline(always)]
-    pub fn splat(x: f64) -> Self {
+    pub fn splat(x: T) -> Self {
         Self([x; L])
     }
 
     #[inline(always)]
-    fn zip(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
-        let mut out = [0.0; L];
+    fn zip(self, other: Self, f: impl Fn(T, T) -> T) -> Self {
+        let mut out = [T::ZERO; L];
         for l in 0..L {
             out[l] = f(self.0[l], other.0[l]);
         }
@@ -39,8 +40,8 @@ impl<const L: usize> Pack<L> {
     }
 
     #[inline(always)]
-    pub fn map(self, f: impl Fn(f64) -> f64) -> Self {
-        let mut out = [0.0; L];
+    pub fn map(self, f: impl Fn(T) -> T) -> Self {
+        let mut out = [T::ZERO; L];
         for l in 0..L {
             out[l] = f(self.0[l]);
         }
@@ -49,17 +50,17 @@ impl<const L: usize> Pack<L> {
 
     #[inline(always)]
     pub fn sqrt(self) -> Self {
-        self.map(f64::sqrt)
+        self.map(T::sqrt)
     }
 
     #[inline(always)]
     pub fn abs(self) -> Self {
-        self.map(f64::abs)
+        self.map(T::abs)
     }
 
     /// Which lanes lie above a bound.
     #[inline(always)]
-    pub fn above(self, bound: f64) -> [bool; L] {
+    pub fn above(self, bound: T) -> [bool; L] {
         let mut out = [false; L];
         for l in 0..L {
             out[l] = self.0[l] > bound;
@@ -76,7 +77,7 @@ impl<const L: usize> Pack<L> {
     /// `yes` where `self < bound`, otherwise `no` (also where one is NaN).
     #[inline(always)]
     pub fn where_less(self, bound: Self, yes: Self, no: Self) -> Self {
-        let mut out = [0.0; L];
+        let mut out = [T::ZERO; L];
         for l in 0..L {
             out[l] = if self.0[l] < bound.0[l] { yes.0[l] } else { no.0[l] };
         }
@@ -84,7 +85,7 @@ impl<const L: usize> Pack<L> {
     }
 }
 
-impl<const L: usize> Add for Pack<L> {
+impl<const L: usize, T: Real> Add for Pack<L, T> {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
@@ -92,7 +93,7 @@ impl<const L: usize> Add for Pack<L> {
     }
 }
 
-impl<const L: usize> Sub for Pack<L> {
+impl<const L: usize, T: Real> Sub for Pack<L, T> {
     type Output = Self;
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
@@ -100,7 +101,7 @@ impl<const L: usize> Sub for Pack<L> {
     }
 }
 
-impl<const L: usize> Mul for Pack<L> {
+impl<const L: usize, T: Real> Mul for Pack<L, T> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
@@ -108,15 +109,15 @@ impl<const L: usize> Mul for Pack<L> {
     }
 }
 
-impl<const L: usize> Mul<f64> for Pack<L> {
+impl<const L: usize, T: Real> Mul<T> for Pack<L, T> {
     type Output = Self;
     #[inline(always)]
-    fn mul(self, factor: f64) -> Self {
+    fn mul(self, factor: T) -> Self {
         self.map(|a| a * factor)
     }
 }
 
-impl<const L: usize> Div for Pack<L> {
+impl<const L: usize, T: Real> Div for Pack<L, T> {
     type Output = Self;
     #[inline(always)]
     fn div(self, other: Self) -> Self {
@@ -124,7 +125,7 @@ impl<const L: usize> Div for Pack<L> {
     }
 }
 
-impl<const L: usize> Neg for Pack<L> {
+impl<const L: usize, T: Real> Neg for Pack<L, T> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
@@ -132,14 +133,14 @@ impl<const L: usize> Neg for Pack<L> {
     }
 }
 
-impl<const L: usize> AddAssign for Pack<L> {
+impl<const L: usize, T: Real> AddAssign for Pack<L, T> {
     #[inline(always)]
     fn add_assign(&mut self, other: Self) {
         *self = *self + other;
     }
 }
 
-impl<const L: usize> SubAssign for Pack<L> {
+impl<const L: usize, T: Real> SubAssign for Pack<L, T> {
     #[inline(always)]
     fn sub_assign(&mut self, other: Self) {
         *self = *self - other;
@@ -230,7 +231,10 @@ pub(crate) fn unpack<const D: usize>(f: PackMatrix<D, LANES>) -> [[Lane; D]; D] 
 
 /// `A B`.
 #[inline(always)]
-pub(crate) fn times<const D: usize, const L: usize>(a: &PackMatrix<D, L>, b: &PackMatrix<D, L>) -> PackMatrix<D, L> {
+pub(crate) fn times<const D: usize, const L: usize, T: Real>(
+    a: &PackMatrix<D, L, T>,
+    b: &PackMatrix<D, L, T>,
+) -> PackMatrix<D, L, T> {
     let mut c = [[Pack::ZERO; D]; D];
     for i in 0..D {
         for j in 0..D {
@@ -246,10 +250,10 @@ pub(crate) fn times<const D: usize, const L: usize>(a: &PackMatrix<D, L>, b: &Pa
 
 /// `A B^T`.
 #[inline(always)]
-pub(crate) fn times_transpose<const D: usize, const L: usize>(
-    a: &PackMatrix<D, L>,
-    b: &PackMatrix<D, L>,
-) -> PackMatrix<D, L> {
+pub(crate) fn times_transpose<const D: usize, const L: usize, T: Real>(
+    a: &PackMatrix<D, L, T>,
+    b: &PackMatrix<D, L, T>,
+) -> PackMatrix<D, L, T> {
     let mut c = [[Pack::ZERO; D]; D];
     for i in 0..D {
         for j in 0..D {
@@ -265,10 +269,10 @@ pub(crate) fn times_transpose<const D: usize, const L: usize>(
 
 /// `A^T B`.
 #[inline(always)]
-pub(crate) fn transpose_times<const D: usize, const L: usize>(
-    a: &PackMatrix<D, L>,
-    b: &PackMatrix<D, L>,
-) -> PackMatrix<D, L> {
+pub(crate) fn transpose_times<const D: usize, const L: usize, T: Real>(
+    a: &PackMatrix<D, L, T>,
+    b: &PackMatrix<D, L, T>,
+) -> PackMatrix<D, L, T> {
     let mut c = [[Pack::ZERO; D]; D];
     for i in 0..D {
         for j in 0..D {

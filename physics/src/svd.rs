@@ -78,9 +78,6 @@ const MAX_SWEEPS: usize = 12;
 /// Columns whose cosine is below the root of this are orthogonal.
 const ORTHOGONAL: f64 = 1e-30;
 
-/// The same for rotations that are only compared: the last sweep is quadratic, so that what remains is far smaller.
-const NEARLY_ORTHOGONAL: f64 = 1e-12;
-
 /// Squared columns smaller than this share of the largest entry squared are zero: their products would underflow.
 const NEGLIGIBLE: f64 = 1e-100;
 
@@ -122,28 +119,6 @@ fn decompose<const D: usize, const L: usize>(f: &PackMatrix<D, L>) -> PackSvd<D,
         svd.sigma[j] = svd.sigma[j] * scale;
     }
     svd
-}
-
-/// The rotations `U` and `V` of `F`, found from a `V` nearby (a rotation up to errors of 1e-7) and good to 1e-6: for
-/// comparing them with what they were. Where singular values coincide this is the pair near the one given.
-#[inline(always)]
-pub(crate) fn rotations_near<const D: usize, const L: usize>(
-    f: &PackMatrix<D, L>,
-    v0: &PackMatrix<D, L>,
-) -> (PackMatrix<D, L>, PackMatrix<D, L>) {
-    let inverse = Pack::ONE / power_of_two_below(largest_entry(f));
-    let (mut b, mut v) = ([[Pack::ZERO; D]; D], [[Pack::ZERO; D]; D]);
-    for j in 0..D {
-        for i in 0..D {
-            for k in 0..D {
-                b[j][i] += f[i][k] * v0[k][j];
-            }
-            b[j][i] = b[j][i] * inverse;
-            v[j][i] = v0[i][j];
-        }
-    }
-    let svd = diagonalise(b, v, NEARLY_ORTHOGONAL);
-    (svd.u, svd.v)
 }
 
 /// The decomposition from the columns `b` of `F V` and `v` of a rotation `V`.

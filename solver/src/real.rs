@@ -104,6 +104,12 @@ pub trait Real:
 
     /// Neither NaN nor infinite.
     fn is_finite(self) -> bool;
+
+    /// The square root.
+    fn sqrt(self) -> Self;
+
+    /// The absolute value.
+    fn abs(self) -> Self;
 }
 
 macro_rules! real {
@@ -146,6 +152,16 @@ macro_rules! real {
             #[inline(always)]
             fn is_finite(self) -> bool {
                 <$t>::is_finite(self)
+            }
+
+            #[inline(always)]
+            fn sqrt(self) -> Self {
+                <$t>::sqrt(self)
+            }
+
+            #[inline(always)]
+            fn abs(self) -> Self {
+                <$t>::abs(self)
             }
         }
     )*};

@@ -2,9 +2,10 @@
 
 use super::element::{Element, ElementTable, Group};
 use super::kernel::deformation_gradients;
-use super::lazy::{LazyRule, Moduli, Turn};
+use super::lazy::{LazyRule, Moduli};
 use super::rows::{Evaluated, Kept, write_rows};
 use super::stored::{self, Stored, pack};
+use super::turn::{GROUPS, Turn};
 use super::{Body, BodyError, Linearization};
 use crate::lanes::{LANES, Lane, lane_matrix};
 use crate::material::Hyperelastic;
@@ -147,7 +148,8 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
         if self.lazy.compares_rotations() {
             self.turns.resize(self.references.len(), Turn::at_rest());
             for &slot in slots {
-                self.turns[slot / LANES] = Turn::of(&self.references[slot / LANES]);
+                let [turn, ..] = Turn::of(&[self.references[slot / LANES]; GROUPS]);
+                self.turns[slot / LANES] = turn;
             }
         }
     }
@@ -291,7 +293,7 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
     fn keep_turns(&mut self) {
         if self.lazy.compares_rotations() {
             self.turns.clear();
-            self.turns.extend(self.references.iter().map(Turn::of));
+            self.turns.extend(self.references.iter().map(|f| Turn::of(&[*f; GROUPS])[0]));
         } else {
             self.turns = Vec::new();
         }
@@ -444,32 +446,105 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> NullaryFnOnce for Updat
 impl<const D: usize, const N: usize, M: Hyperelastic<D>> Update<'_, D, N, M> {
     #[inline(always)]
     fn visit(&self, stretch: &mut Stretch<'_, D>) {
-        let pairs = N * (N + 1) / 2;
-        let mut upper = [[[[0.0; LANES]; D]; D]; MAX_PAIRS];
-        for at in 0..stretch.references.len() {
-            let group = &self.elements.groups[stretch.first + at];
-            let f = deformation_gradients(group, self.u);
-            let material = &self.materials[group.material as usize];
+        match self.rule {
+            LazyRule::Rotation(threshold) => self.mark_turned(stretch, threshold),
+            _ => self.mark_changed(stretch),
+        }
+        self.evaluate_marked(stretch);
+    }
+
+    /// Marks what a rule names that compares deformation gradients.
+    #[inline(always)]
+    fn mark_changed(&self, stretch: &mut Stretch<'_, D>) {
+        let groups = self.elements.groups[stretch.first..].iter();
+        for ((group, reference), updated) in groups.zip(&*stretch.references).zip(&mut *stretch.updated) {
             let moduli = self.moduli[group.material as usize];
-            let reference = &mut stretch.references[at];
-            let changed = self.rule.changed(group, moduli, &f, reference, stretch.turns.get(at));
-            if !changed.contains(&true) {
+            *updated = self.rule.changed(group, moduli, &deformation_gradients(group, self.u), reference);
+        }
+    }
+
+    /// Marks what has turned too far, a few groups at a time.
+    #[inline(always)]
+    fn mark_turned(&self, stretch: &mut Stretch<'_, D>, threshold: f64) {
+        let (n, groups) = (stretch.turns.len(), &self.elements.groups[stretch.first..]);
+        for at in (0..n).step_by(GROUPS) {
+            let mut movable = false;
+            let (mut turns, mut f) = ([stretch.turns[at]; GROUPS], [at_rest(); GROUPS]);
+            for k in 0..GROUPS.min(n - at) {
+                let group = &groups[at + k];
+                movable |= LazyRule::may_turn(group, self.moduli[group.material as usize], threshold);
+                turns[k] = stretch.turns[at + k];
+                f[k] = deformation_gradients(group, self.u);
+            }
+            if !movable {
                 continue;
             }
-            stretch.updated[at] = changed;
-            let gradients = group.all_gradients();
-            material.element_stiffness_lanes(&f, &gradients, &group.weight, self.project, &mut upper[..pairs]);
-            for lane in (0..LANES).filter(|&lane| changed[lane]) {
-                for i in 0..D {
-                    for k in 0..D {
-                        reference[i][k][lane] = f[i][k][lane];
-                    }
-                }
-                stretch.stored[at][lane] = pack::<D, N>(&lane_blocks(&upper, lane));
-            }
-            if let Some(turn) = stretch.turns.get_mut(at) {
-                *turn = Turn::of(reference);
+            let products = Turn::products(&turns, &f);
+            for k in 0..GROUPS.min(n - at) {
+                let (group, reference) = (&groups[at + k], &stretch.references[at + k]);
+                let moduli = self.moduli[group.material as usize];
+                stretch.updated[at + k] = LazyRule::turned(group, moduli, &f[k], reference, &products[k], threshold);
             }
         }
     }
+
+    /// Evaluates the marked lanes, a few from anywhere at a time, and what a rule compares them with later.
+    #[inline(always)]
+    fn evaluate_marked(&self, stretch: &mut Stretch<'_, D>) {
+        let mut batch = Batch { groups: [Group::empty(0); GROUPS], places: [(0, 0); GROUPS * LANES], filled: 0 };
+        for at in 0..stretch.updated.len() {
+            let marked = stretch.updated[at];
+            let group = &self.elements.groups[stretch.first + at];
+            for lane in (0..LANES).filter(|&lane| marked[lane]) {
+                if batch.filled == batch.places.len() || batch.groups[0].material != group.material {
+                    self.evaluate(&mut batch, stretch);
+                    batch.groups.iter_mut().for_each(|gathered| gathered.material = group.material);
+                }
+                let to = batch.filled;
+                batch.groups[to / LANES].copy_lane(to % LANES, group, lane);
+                (batch.places[to], batch.filled) = ((at, lane), to + 1);
+            }
+        }
+        self.evaluate(&mut batch, stretch);
+    }
+
+    /// Evaluates a batch, whose unused lanes hold elements of an earlier one or none, and empties it.
+    #[inline(always)]
+    fn evaluate(&self, batch: &mut Batch<D, N>, stretch: &mut Stretch<'_, D>) {
+        let material = &self.materials[batch.groups[0].material as usize];
+        let pairs = N * (N + 1) / 2;
+        let mut upper = [[[[0.0; LANES]; D]; D]; MAX_PAIRS];
+        let mut f = [at_rest(); GROUPS];
+        for (f, group) in f.iter_mut().zip(&batch.groups) {
+            *f = deformation_gradients(group, self.u);
+        }
+        for (k, places) in batch.places[..batch.filled].chunks(LANES).enumerate() {
+            let group = &batch.groups[k];
+            let gradients = group.all_gradients();
+            material.element_stiffness_lanes(&f[k], &gradients, &group.weight, self.project, &mut upper[..pairs]);
+            for (from, &(at, lane)) in places.iter().enumerate() {
+                for i in 0..D {
+                    for j in 0..D {
+                        stretch.references[at][i][j][lane] = f[k][i][j][from];
+                    }
+                }
+                stretch.stored[at][lane] = pack::<D, N>(&lane_blocks(&upper, from));
+            }
+        }
+        if !stretch.turns.is_empty() && batch.filled > 0 {
+            let turns = Turn::of(&f);
+            for (from, &(at, lane)) in batch.places[..batch.filled].iter().enumerate() {
+                stretch.turns[at].copy_lane(lane, &turns[from / LANES], from % LANES);
+            }
+        }
+        batch.filled = 0;
+    }
+}
+
+/// Elements gathered from anywhere in a stretch, all of one material.
+struct Batch<const D: usize, const N: usize> {
+    groups: [Group<D, N>; GROUPS],
+    /// Group of the stretch, and lane, that each came from.
+    places: [(usize, usize); GROUPS * LANES],
+    filled: usize,
 }

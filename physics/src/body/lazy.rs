@@ -1,9 +1,8 @@
 //! When the stiffness of an element has changed enough to be evaluated anew.
 
 use super::element::Group;
-use crate::lanes::{LANES, Lane, Pack, PackMatrix, pack};
+use crate::lanes::{LANES, Lane};
 use crate::material::Hyperelastic;
-use crate::svd::{rotations_near, signed_svd_pack};
 use nalgebra::SMatrix;
 use serde::{Deserialize, Serialize};
 
@@ -66,7 +65,7 @@ impl LazyRule {
         }
     }
 
-    /// Which lanes to evaluate anew.
+    /// Which lanes to evaluate anew by a rule that compares deformation gradients.
     #[inline(always)]
     pub(super) fn changed<const D: usize, const N: usize>(
         self,
@@ -74,46 +73,67 @@ impl LazyRule {
         moduli: Moduli,
         f: &[[Lane; D]; D],
         f0: &[[Lane; D]; D],
-        turn: Option<&Turn<D>>,
     ) -> [bool; LANES] {
-        let (mut difference, mut norm) = ([0.0; LANES], [0.0; LANES]);
-        for i in 0..D {
-            for k in 0..D {
-                for lane in 0..LANES {
-                    let d = f[i][k][lane] - f0[i][k][lane];
-                    difference[lane] += d * d;
-                    norm[lane] += f0[i][k][lane] * f0[i][k][lane];
+        let (difference, norm) = differences(f, f0);
+        let mut limit = [f64::NEG_INFINITY; LANES];
+        match self {
+            Self::Always => {}
+            Self::Strain(threshold) => {
+                for k in 0..LANES {
+                    limit[k] = threshold * threshold * norm[k];
                 }
             }
-        }
-        // A free lane is no change.
-        let beyond = |limit: Lane| std::array::from_fn(|k| group.weight[k] != 0.0 && exceeds(difference[k], limit[k]));
-        match self {
-            Self::Always => beyond([f64::NEG_INFINITY; LANES]),
-            Self::Strain(threshold) => beyond(norm.map(|n| threshold * threshold * n)),
             Self::Stiffness(threshold) => {
                 let size = sizes(group);
-                beyond(size.map(|size| (threshold / (moduli.axial * size)).powi(2)))
-            }
-            Self::Rotation(threshold) => {
-                let scale = sizes(group).map(|size| moduli.lateral * size);
-                // Entries of rotations differ by 2 at most.
-                let moved = beyond([0.0; LANES]);
-                let mut changed = [false; LANES];
-                let Some(turn) = turn else { return changed };
                 for k in 0..LANES {
-                    changed[k] = moved[k] && exceeds(16.0 * scale[k], threshold);
+                    let bound = threshold / (moduli.axial * size[k]);
+                    limit[k] = bound * bound;
                 }
-                if !changed.contains(&true) {
-                    return changed;
-                }
-                let turned = turn.product(f);
-                for k in 0..LANES {
-                    changed[k] &= exceeds(turned[k] * turned[k] * scale[k], threshold);
-                }
-                changed
             }
+            Self::Rotation(_) => limit = [f64::INFINITY; LANES],
         }
+        let mut changed = [false; LANES];
+        for k in 0..LANES {
+            // A free lane is no change.
+            changed[k] = (group.weight[k] != 0.0) & exceeds(difference[k], limit[k]);
+        }
+        changed
+    }
+
+    /// Whether an element of a group can turn so far that it is evaluated anew: entries of rotations differ by 2 at most.
+    #[inline(always)]
+    pub(super) fn may_turn<const D: usize, const N: usize>(
+        group: &Group<D, N>,
+        moduli: Moduli,
+        threshold: f64,
+    ) -> bool {
+        let size = sizes(group);
+        let mut may = false;
+        for k in 0..LANES {
+            may |= (group.weight[k] != 0.0) & exceeds(16.0 * moduli.lateral * size[k], threshold);
+        }
+        may
+    }
+
+    /// Which lanes to evaluate anew where the product of the changes of both rotations is `turned`, eq. (12); none that has
+    /// not moved: where stretches coincide, rounding errors turn the axes.
+    #[inline(always)]
+    pub(super) fn turned<const D: usize, const N: usize>(
+        group: &Group<D, N>,
+        moduli: Moduli,
+        f: &[[Lane; D]; D],
+        f0: &[[Lane; D]; D],
+        turned: &[f32; LANES],
+        threshold: f64,
+    ) -> [bool; LANES] {
+        let (size, (difference, _)) = (sizes(group), differences(f, f0));
+        let mut changed = [false; LANES];
+        for k in 0..LANES {
+            let product = f64::from(turned[k]);
+            let moved = (group.weight[k] != 0.0) & (difference[k] != 0.0);
+            changed[k] = moved & exceeds(product * product * (moduli.lateral * size[k]), threshold);
+        }
+        changed
     }
 
     /// Whether this rule compares rotations.
@@ -122,98 +142,27 @@ impl LazyRule {
     }
 }
 
-/// The rotations `U`, `V` of the elements of a group where they were evaluated, in single precision: a function of `F`
-/// there alone.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Turn<const D: usize> {
-    u: [[[f32; LANES]; D]; D],
-    v: [[[f32; LANES]; D]; D],
-}
-
-impl<const D: usize> Turn<D> {
-    /// Those of an element at rest.
-    pub fn at_rest() -> Self {
-        let mut identity = [[[0.0; LANES]; D]; D];
-        for i in 0..D {
-            identity[i][i] = [1.0; LANES];
-        }
-        Self { u: identity, v: identity }
-    }
-
-    /// Those of an evaluation at `f`. In one dimension nothing turns.
-    pub fn of(f: &[[Lane; D]; D]) -> Self {
-        match D {
-            2 => Self::decomposed::<2>(f),
-            3 => Self::decomposed::<3>(f),
-            _ => Self::at_rest(),
-        }
-    }
-
-    /// `E = D`: decompositions are for two and three dimensions alone.
-    fn decomposed<const E: usize>(f: &[[Lane; D]; D]) -> Self {
-        let svd = signed_svd_pack(&resized::<D, E, _>(&pack(f)));
-        let single = |m: &PackMatrix<D, LANES>| m.map(|row| row.map(|x| x.0.map(|x| x as f32)));
-        Self { u: single(&resized(&svd.u)), v: single(&resized(&svd.v)) }
-    }
-
-    /// `max|dU| max|dV|` of each lane on the way to `f`.
-    #[inline(always)]
-    fn product(&self, f: &[[Lane; D]; D]) -> Lane {
-        match D {
-            2 => self.product_in::<2>(f),
-            3 => self.product_in::<3>(f),
-            _ => [0.0; LANES],
-        }
-    }
-
-    #[inline(always)]
-    fn product_in<const E: usize>(&self, f: &[[Lane; D]; D]) -> Lane {
-        let (u0, v0) = (resized::<D, E, _>(&doubled(&self.u)), resized::<D, E, _>(&doubled(&self.v)));
-        let (u, v) = rotations_near(&resized::<D, E, _>(&pack(f)), &v0);
-        (largest_change(&u, &u0) * largest_change(&v, &v0)).0
-    }
-}
-
+/// `|F - F0|^2` and `|F0|^2` of each lane, Frobenius norms.
 #[inline(always)]
-fn doubled<const D: usize>(m: &[[[f32; LANES]; D]; D]) -> PackMatrix<D, LANES> {
-    let mut out = [[Pack::ZERO; D]; D];
+fn differences<const D: usize>(f: &[[Lane; D]; D], f0: &[[Lane; D]; D]) -> (Lane, Lane) {
+    let (mut difference, mut norm) = ([0.0; LANES], [0.0; LANES]);
     for i in 0..D {
         for k in 0..D {
             for lane in 0..LANES {
-                out[i][k].0[lane] = f64::from(m[i][k][lane]);
+                let d = f[i][k][lane] - f0[i][k][lane];
+                difference[lane] += d * d;
+                norm[lane] += f0[i][k][lane] * f0[i][k][lane];
             }
         }
     }
-    out
-}
-
-#[inline(always)]
-fn largest_change<const D: usize>(a: &PackMatrix<D, LANES>, b: &PackMatrix<D, LANES>) -> Pack<LANES> {
-    let mut largest = Pack::ZERO;
-    for i in 0..D {
-        for k in 0..D {
-            largest = largest.max((a[i][k] - b[i][k]).abs());
-        }
-    }
-    largest
-}
-
-/// The same matrix where `E = D`.
-#[inline(always)]
-fn resized<const D: usize, const E: usize, T: Copy>(f: &[[T; D]; D]) -> [[T; E]; E] {
-    let mut out = [[f[0][0]; E]; E];
-    for i in 0..D.min(E) {
-        for k in 0..D.min(E) {
-            out[i][k] = f[i][k];
-        }
-    }
-    out
+    (difference, norm)
 }
 
 /// A NaN exceeds everything.
 #[inline(always)]
 fn exceeds(value: f64, limit: f64) -> bool {
-    value > limit || value.is_nan()
+    // Without a branch; a limit is never NaN where the value is not.
+    (value > limit) | value.is_nan()
 }
 
 /// `max|N| max|B|` of each lane, m in three dimensions.
@@ -234,5 +183,8 @@ fn sizes<const D: usize, const N: usize>(group: &Group<D, N>) -> Lane {
             largest[lane] = largest[lane].max(first[k][lane].abs());
         }
     }
-    std::array::from_fn(|k| D as f64 * group.weight[k] * largest[k] * largest[k])
+    for k in 0..LANES {
+        largest[k] *= D as f64 * group.weight[k] * largest[k];
+    }
+    largest
 }

@@ -24,6 +24,7 @@ mod regions;
 mod rows;
 mod star;
 mod stored;
+mod turn;
 
 pub use lazy::LazyRule;
 pub use load::{LoadError, boundary_traction, facet_area, segment_load};
@@ -34,7 +35,7 @@ use crate::lanes::{LANES, Lane};
 use crate::material::Hyperelastic;
 use crate::small::determinant;
 use element::{Element, ElementTable};
-use lazy::{Moduli, Turn};
+use lazy::Moduli;
 use mass::Mass;
 use nalgebra::SMatrix;
 use partition::Parts;
@@ -45,6 +46,7 @@ use stored::Stored;
 use stylet_mesh::{CellId, MeshChange, SimplexMesh};
 use stylet_solver::sparse::{BlockCsr, SparseError};
 use stylet_solver::team::Team;
+use turn::Turn;
 
 /// Elements below which waking a second thread costs more than it saves.
 const CROSSOVER_ELEMENTS: usize = 4096;

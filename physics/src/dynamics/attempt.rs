@@ -5,9 +5,10 @@ use super::following::Weights;
 use super::incremental::Incremental;
 use super::preconditioner::Followed;
 use super::scheme::Coefficients;
-use super::{Integrator, Solution, State, StepReport};
+use super::{Integrator, Solution, StageTimes, State, StepReport};
 use crate::body::{Body, BodyError};
 use crate::material::Hyperelastic;
+use std::time::Instant;
 use stylet_mesh::CellId;
 use stylet_solver::LinearOperator;
 use stylet_solver::energy::Energy;
@@ -78,7 +79,9 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Attempt<'_, D, N, M> {
         report: &mut StepReport<D>,
     ) -> Result<(), Setback> {
         if !M::IS_LINEAR {
+            let since = Instant::now();
             self.body.linearize(&self.start.u);
+            it.times.linearize.add(since);
             report.elements_updated += self.body.elements_updated() as u64;
         }
         let first = self.solve_linearised(it, c, report);
@@ -102,7 +105,9 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Attempt<'_, D, N, M> {
         let (damping, start) = (it.settings.damping, self.start);
         let body = &mut *self.body;
         let [direction, product, _] = &mut it.scratch;
+        let since = Instant::now();
         body.internal_force(&start.u, product);
+        it.times.forces.add(since);
         let floor = it.round_off + ROUND_OFF * (norm2(product) + norm2(&it.drive.load));
         for (rhs, (load, force)) in it.rhs.iter_mut().zip(it.drive.load.iter().zip(&*product)) {
             *rhs = load - force;
@@ -116,6 +121,7 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Attempt<'_, D, N, M> {
             body.apply_mass(&it.v_hat, product);
             axpy(-damping.mass, product, &mut it.rhs);
         }
+        let since = Instant::now();
         let stiffness = c.cx + c.cv * damping.stiffness;
         let weights = Weights { stiffness, mass: 1.0 + c.cv * damping.mass, lagged: 0.0 };
         it.matrix
@@ -123,10 +129,12 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Attempt<'_, D, N, M> {
             .map_err(|e| Unsolved::Other(Setback::Final(BodyError::from(e).into())))?;
         it.frozen.refresh(&it.matrix.matrix);
         it.preconditioner.follow(&it.team, &it.matrix.matrix, self.subspace)?;
+        let since = it.times.matrix.add(since);
         let stop = StopRule { round_floor: it.settings.stop.round_floor + floor, ..it.settings.stop };
         let settings = CgSettings { stop, max_iterations: it.settings.max_inner_iterations };
         let solved =
             projected_cg(&it.frozen, &*it.preconditioner, self.subspace, &it.rhs, &mut it.a, &settings, &mut it.cg)?;
+        it.times.solve.add(since);
         report.iterations += solved.iterations;
         report.newton_iterations += 1;
         (report.residual, report.threshold) = (solved.residual_norm, solved.threshold);
@@ -147,7 +155,9 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Attempt<'_, D, N, M> {
         let damping = it.settings.damping;
         self.body.set_projection(true);
         if damping.stiffness > 0.0 {
+            let since = Instant::now();
             self.body.linearize(&self.start.u);
+            it.times.linearize.add(since);
             report.elements_updated += self.body.elements_updated() as u64;
             it.lag(self.body)?;
         }
@@ -176,12 +186,15 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Attempt<'_, D, N, M> {
             hessian: &mut it.matrix,
             scratch: [x, y, z],
             elements_updated: 0,
+            times: StageTimes::default(),
         };
+        let since = Instant::now();
         energy.choose_start(&self.start.u, self.subspace, &mut it.u, &mut it.rhs);
         let mut m = Followed { team: &it.team, inner: &mut *it.preconditioner };
         let solved =
             newton_cg_with(&mut energy, &mut m, self.subspace, external, &mut it.u, &settings, &mut it.newton)?;
         report.elements_updated += energy.elements_updated;
+        it.times.add_newton(&energy.times, since);
         report.iterations += solved.inner_iterations;
         report.newton_iterations += solved.iterations;
         (report.residual, report.threshold) = (solved.residual_norm, solved.threshold);

@@ -1,10 +1,12 @@
 //! A time step as a minimisation.
 
+use super::StageTimes;
 use super::following::{Following, Weights};
 use super::scheme::Coefficients;
 use super::settings::Damping;
 use crate::body::Body;
 use crate::material::Hyperelastic;
+use std::time::Instant;
 use stylet_solver::LinearOperator;
 use stylet_solver::energy::{BlockHessian, Energy};
 use stylet_solver::sparse::BlockCsr;
@@ -28,6 +30,7 @@ pub(super) struct Incremental<'a, const D: usize, const N: usize, M> {
     pub hessian: &'a mut Following<D>,
     pub scratch: [&'a mut Vec<f64>; 3],
     pub elements_updated: u64,
+    pub times: StageTimes,
 }
 
 impl<const D: usize, const N: usize, M: Hyperelastic<D>> Incremental<'_, D, N, M> {
@@ -67,7 +70,9 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Energy for Incremental<
     fn value(&mut self, u: &[f64]) -> f64 {
         self.difference(u);
         let Coefficients { cx, cv, .. } = self.coefficients;
+        let since = Instant::now();
         let strain = self.body.value(u);
+        self.times.forces.add(since);
         let [d, v, product] = &mut self.scratch;
         self.body.apply_mass(d, product);
         let mut value = 0.5 / cx * vector::dot(d, product) + strain - vector::dot(self.load, u);
@@ -85,7 +90,9 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Energy for Incremental<
 
     fn gradient(&mut self, u: &[f64], g: &mut [f64]) {
         self.difference(u);
+        let since = Instant::now();
         self.body.gradient(u, g);
+        self.times.forces.add(since);
         vector::axpy(-1.0, self.load, g);
         let [d, v, product] = &mut self.scratch;
         self.body.apply_mass(d, product);
@@ -101,7 +108,9 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Energy for Incremental<
     }
 
     fn linearize(&mut self, u: &[f64]) {
+        let since = Instant::now();
         self.body.linearize(u);
+        let since = self.times.linearize.add(since);
         self.elements_updated += self.body.elements_updated() as u64;
         let Coefficients { cx, cv, .. } = self.coefficients;
         let mass = 1.0 / cx + self.damping.mass * cv / cx;
@@ -110,6 +119,7 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Energy for Incremental<
         if self.hessian.follow(self.body, weights, self.lagged).is_err() {
             self.hessian.reset();
         }
+        self.times.matrix.add(since);
     }
 
     fn hessian_apply(&self, p: &[f64], hp: &mut [f64]) {

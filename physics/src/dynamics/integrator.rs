@@ -3,7 +3,7 @@
 use super::attempt::{Attempt, Outcome};
 use super::error::Setback;
 use super::following::Following;
-use super::{Balance, DynamicsError, DynamicsSettings, State, StepPreconditioner, StepReport};
+use super::{Balance, DynamicsError, DynamicsSettings, StageTimes, State, StepPreconditioner, StepReport};
 use crate::body::Body;
 use crate::material::Hyperelastic;
 use stylet_mesh::CellId;
@@ -55,6 +55,7 @@ pub struct Integrator<const D: usize> {
     /// What rounding errors leave of a residual, N, and the number of elements that it was found for.
     pub(super) round_off: f64,
     round_off_of: usize,
+    pub(super) times: StageTimes,
     /// The state at the start of a part of a step that is made of several.
     part: State,
 }
@@ -83,6 +84,7 @@ impl<const D: usize> Integrator<D> {
             a: Vec::new(),
             round_off: 0.0,
             round_off_of: 0,
+            times: StageTimes::default(),
             part: State::default(),
         }
     }
@@ -96,6 +98,12 @@ impl<const D: usize> Integrator<D> {
     #[must_use]
     pub fn settings(&self) -> &DynamicsSettings {
         &self.settings
+    }
+
+    /// What it has spent so far, by stage.
+    #[must_use]
+    pub fn times(&self) -> &StageTimes {
+        &self.times
     }
 
     /// Bytes of the matrices, spare room included.

@@ -45,6 +45,7 @@ mod report;
 mod scheme;
 mod settings;
 mod state;
+mod times;
 
 pub use error::DynamicsError;
 pub use integrator::{Drive, Integrator};
@@ -53,3 +54,4 @@ pub use report::{Balance, StepReport};
 pub use scheme::Scheme;
 pub use settings::{Adaptive, Damping, DynamicsSettings, Solution};
 pub use state::State;
+pub use times::{Spent, StageTimes};

@@ -21,7 +21,7 @@ pub trait StepPreconditioner<const D: usize>: Preconditioner + Send + Sync {
 
 impl<const D: usize> StepPreconditioner<D> for BlockJacobi<D> {
     fn follow(&mut self, _: &Team, matrix: &BlockCsr<D>, w: &Subspace<D>) -> Result<(), PreconditionerError> {
-        self.rebuild(matrix, w)
+        BlockJacobi::follow(self, matrix, w)
     }
 }
 

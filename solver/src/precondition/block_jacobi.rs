@@ -11,6 +11,9 @@ use crate::subspace::Subspace;
 #[derive(Clone, Debug, Default)]
 pub struct BlockJacobi<const B: usize, T: Real = f64> {
     inverses: Vec<Block<B, T>>,
+    /// Stamps of the rows, and the subspace, that the inverses were made from; no stamps where that is not known.
+    stamps: Vec<u64>,
+    subspace: Subspace<B>,
 }
 
 impl<const B: usize> BlockJacobi<B> {
@@ -46,6 +49,32 @@ impl<const B: usize, T: Real> BlockJacobi<B, T> {
         self.update_nodes(matrix, subspace, 0..matrix.n_rows())
     }
 
+    /// [`rebuild`](Self::rebuild) of the blocks alone whose rows were written, or whose nodes were constrained or freed,
+    /// since the last call. Any matrix can be followed: rows are told apart by stamps that no two writes share.
+    ///
+    /// # Errors
+    /// As [`rebuild`](Self::rebuild).
+    pub fn follow(&mut self, matrix: &BlockCsr<B>, subspace: &Subspace<B>) -> Result<(), PreconditionerError> {
+        let known = self.stamps.len() == matrix.n_rows() && self.inverses.len() == matrix.n_rows();
+        let mut stamps = std::mem::take(&mut self.stamps);
+        let before = std::mem::take(&mut self.subspace);
+        if known && before == *subspace {
+            let written = (0..matrix.n_rows()).filter(|&row| matrix.stamp(row) != stamps[row]);
+            self.update_nodes(matrix, subspace, written)?;
+        } else if known {
+            let written = |&row: &usize| matrix.stamp(row) != stamps[row] || before.get(row) != subspace.get(row);
+            self.update_nodes(matrix, subspace, (0..matrix.n_rows()).filter(written))?;
+        } else {
+            self.rebuild(matrix, subspace)?;
+        }
+        stamps.clear();
+        stamps.extend((0..matrix.n_rows()).map(|row| matrix.stamp(row)));
+        self.subspace = before;
+        self.subspace.clone_from(subspace);
+        self.stamps = stamps;
+        Ok(())
+    }
+
     /// Follows a change of the diagonal blocks or of the constraints of `nodes` alone, and a change of their number as
     /// long as all new ones are listed.
     ///
@@ -58,6 +87,7 @@ impl<const B: usize, T: Real> BlockJacobi<B, T> {
         nodes: impl IntoIterator<Item = usize>,
     ) -> Result<(), PreconditionerError> {
         check_shape(matrix, subspace)?;
+        self.stamps.clear();
         self.inverses.resize(matrix.n_rows(), [[T::ZERO; B]; B]);
         for node in nodes {
             check_node(subspace, node)?;

@@ -70,6 +70,8 @@ fn check<const B: usize>(blocks: &[Block<B>], first: &[Constraint<B>], second: &
     }
     let mut jacobi = Jacobi::new(&matrix, &w).unwrap();
     let mut block_jacobi = BlockJacobi::new(&matrix, &w).unwrap();
+    let mut following = BlockJacobi::<B>::default();
+    following.follow(&matrix, &w).unwrap();
     // Switch the constraints of every other node, as friction does, and update those nodes alone.
     let changed: Vec<usize> = (0..n).step_by(2).collect();
     for &node in &changed {
@@ -77,6 +79,7 @@ fn check<const B: usize>(blocks: &[Block<B>], first: &[Constraint<B>], second: &
         jacobi.update_node(&matrix, &w, node).unwrap();
     }
     block_jacobi.update_nodes(&matrix, &w, changed).unwrap();
+    following.follow(&matrix, &w).unwrap();
     let (fresh, fresh_block) = (Jacobi::new(&matrix, &w).unwrap(), BlockJacobi::new(&matrix, &w).unwrap());
     for node in 0..n {
         let c = w.get(node);
@@ -86,7 +89,15 @@ fn check<const B: usize>(blocks: &[Block<B>], first: &[Constraint<B>], second: &
         assert_eq!(nodal::<B>(&jacobi, n, node), nodal(&fresh, n, node));
         assert_eq!(nodal::<B>(&block_jacobi, n, node), nodal(&fresh_block, n, node));
         assert_eq!(&nodal::<B>(&block_jacobi, n, node), block_jacobi.inverse(node));
+        assert_eq!(following.inverse(node), fresh_block.inverse(node));
     }
+    // One block is written.
+    let mut matrix = matrix;
+    let (_, blocks) = matrix.row_mut(n - 1);
+    blocks.iter_mut().flatten().flatten().for_each(|x| *x *= 2.0);
+    following.follow(&matrix, &w).unwrap();
+    let fresh = BlockJacobi::new(&matrix, &w).unwrap();
+    (0..n).for_each(|node| assert_eq!(following.inverse(node), fresh.inverse(node)));
 }
 
 const N: usize = 6;

@@ -151,7 +151,7 @@ impl<const B: usize> BlockCsr<B> {
     }
 
     /// Changes with every write to the row, and is never given to other numbers.
-    pub(super) fn stamp(&self, row: usize) -> u64 {
+    pub(crate) fn stamp(&self, row: usize) -> u64 {
         self.stamps[row]
     }
 

@@ -37,7 +37,7 @@ impl<const B: usize> HessianPreconditioner<B> for Jacobi<B> {
 
 impl<const B: usize> HessianPreconditioner<B> for BlockJacobi<B> {
     fn follow(&mut self, hessian: &BlockCsr<B>, w: &Subspace<B>) -> bool {
-        self.rebuild(hessian, w).is_ok()
+        BlockJacobi::follow(self, hessian, w).is_ok()
     }
 }
 
