@@ -16,6 +16,7 @@ mod solvers;
 mod speed;
 mod stability;
 mod timing;
+mod tissue;
 mod tolerance;
 mod work_precision;
 
@@ -74,6 +75,16 @@ pub const SUITES: &[Suite] = &[
         about: "the solver core: products, methods x preconditioners x tolerances, targets, a page of results",
         run: solvers::run,
     },
+    Suite {
+        name: "lazy-tissue",
+        about: "lazy Jacobians of a dynamic body: share updated, time, error (Table 1 of Chentanez et al. 2009)",
+        run: tissue::lazy::run,
+    },
+    Suite {
+        name: "threads-tissue",
+        about: "forces, Jacobian and step of a dynamic body by threads (Table 2 of Chentanez et al. 2009)",
+        run: tissue::threads::run,
+    },
     Suite { name: "materials3d", about: "every material on four static scenes in 3D", run: materials3d::run },
     Suite {
         name: "stability",
@@ -109,6 +120,15 @@ pub enum BenchError {
     /// A scene that the suite builds on.
     #[error(transparent)]
     Needle(#[from] stylet_needle::NeedleError),
+    /// A body that a suite builds.
+    #[error(transparent)]
+    Body(#[from] stylet_physics::body::BodyError),
+    /// A step that a suite makes.
+    #[error(transparent)]
+    Dynamics(#[from] stylet_physics::dynamics::DynamicsError),
+    /// A partition that a suite asks for.
+    #[error(transparent)]
+    Partition(#[from] stylet_solver::partition::PartitionError),
     /// A plot.
     #[error(transparent)]
     Plot(#[from] stylet_plot::PlotError),

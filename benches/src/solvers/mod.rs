@@ -13,6 +13,8 @@ mod systems;
 mod targets;
 mod triad;
 
+pub(crate) use systems::jittered_cube;
+
 use crate::{BenchError, BenchOptions, Report};
 
 pub(crate) fn run(options: &BenchOptions, say: &mut dyn FnMut(&str)) -> Result<Report, BenchError> {

@@ -76,7 +76,7 @@ pub(super) fn layered(poisson: f64) -> System {
 }
 
 /// The mesh of [`cube`].
-pub(super) fn jittered_cube(cells: usize) -> SimplexMesh<3, 4> {
+pub(crate) fn jittered_cube(cells: usize) -> SimplexMesh<3, 4> {
     let straight = kuhn_box::<3, 4>([0.0; 3], [SIDE; 3], [cells; 3]).expect("a box");
     let mut random = SplitMix64(4);
     let step = JITTER * SIDE / cells as f64;

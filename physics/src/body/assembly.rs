@@ -83,9 +83,14 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
     }
 
     /// What an element contributes to the row of its local vertex `a`.
+    /// In a lazy body nothing on the diagonal.
     fn contribution(&self, slot: usize, a: usize) -> [Block<D>; N] {
-        if self.is_lazy() && !M::IS_LINEAR {
-            return stored::row(&self.stored[slot], a);
+        if self.keeps_elements() {
+            let mut row = [[[0.0; D]; D]; N];
+            for b in (0..N).filter(|&b| b != a) {
+                row[b] = stored::off_diagonal::<D, N>(&self.stored[slot], a, b);
+            }
+            return row;
         }
         let element = self.elements.element(slot);
         let upper = match M::IS_LINEAR {
@@ -115,6 +120,11 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
 
     pub(super) fn is_lazy(&self) -> bool {
         !self.lazy.is_eager()
+    }
+
+    /// Whether rows are summed from kept elements.
+    fn keeps_elements(&self) -> bool {
+        self.is_lazy() && !M::IS_LINEAR
     }
 
     /// Builds the pattern and the matrix, a nonlinear one at rest.
@@ -188,6 +198,9 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
                 self.places[slot][a][b] = at as u16;
                 add(&row[b], &mut blocks[at]);
             }
+        }
+        if let (true, Ok(diagonal)) = (self.keeps_elements(), columns.binary_search(&(vertex as u32))) {
+            stored::balance(blocks, diagonal);
         }
         let written = self.stiffness.set_row(vertex, columns, blocks);
         self.note_row(vertex);
@@ -275,16 +288,16 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
         self.elements_linearized += count as u64;
         self.elements_updated = count;
         if count > 0 {
-            self.sum_stored(touched);
+            self.sum_stored(touched, Some(&scratch.updated));
         }
         self.scratch = scratch;
     }
 
-    /// Sums the wanted rows from stored elements.
-    fn sum_stored(&mut self, wanted: &[bool]) {
+    /// Sums the wanted rows from stored elements, in them what the updated lanes contribute to.
+    fn sum_stored(&mut self, wanted: &[bool], updated: Option<&[[bool; LANES]]>) {
         let team = self.team_worth();
         self.parts.follow(team.size(), &self.elements, &self.stars, &self.stiffness);
-        let kept = Kept { stars: &self.stars, stored: &self.stored, places: &self.places, wanted };
+        let kept = Kept { stars: &self.stars, stored: &self.stored, places: &self.places, wanted, updated };
         write_rows(&mut self.parts, &team, &mut self.stiffness, &kept);
         (0..wanted.len()).filter(|&vertex| wanted[vertex]).for_each(|vertex| self.note_row(vertex));
     }
@@ -308,7 +321,7 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
         let slots: Vec<usize> = self.elements.live().map(|(_, slot)| slot).collect();
         self.store(slots.into_iter());
         self.keep_turns();
-        self.sum_stored(&vec![true; self.n_vertices()]);
+        self.sum_stored(&vec![true; self.n_vertices()], None);
     }
 
     /// From now on a linearisation re-evaluates only the elements that the rule names.

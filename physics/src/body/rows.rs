@@ -248,12 +248,15 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Evaluated<'_, D, N, M> 
     }
 }
 
-/// Wanted rows summed from the elements that a lazy body keeps.
+/// Rows summed from the elements that a lazy body keeps: those of vertices that are wanted, and in them the blocks that
+/// the elements that were evaluated contribute to.
 pub(super) struct Kept<'a, const D: usize, const N: usize> {
     pub stars: &'a Stars,
     pub stored: &'a [Stored<D>],
     pub places: &'a [[[u16; N]; N]],
     pub wanted: &'a [bool],
+    /// Lanes that were evaluated, by group; none: all.
+    pub updated: Option<&'a [[bool; LANES]]>,
 }
 
 impl<const D: usize, const N: usize> RowSum<D> for Kept<'_, D, N> {
@@ -286,14 +289,56 @@ impl<const D: usize, const N: usize> Kept<'_, D, N> {
     fn visit(&self, part: &Part<D>, rows: &mut impl PartRows<D>) {
         for vertex in part.rows.iter().map(|&vertex| vertex as usize).filter(|&vertex| self.wanted[vertex]) {
             let row = rows.row_mut(vertex);
-            row.fill([[0.0; D]; D]);
+            let marks = self.marks(vertex, row.len());
+            for (place, block) in row.iter_mut().enumerate() {
+                if marks.has(place) {
+                    *block = [[0.0; D]; D];
+                }
+            }
+            let mut diagonal = 0;
             for corner in self.stars.corners(vertex) {
                 let (slot, a) = (corner.slot::<D, N>(), corner.local::<D, N>());
-                let blocks = stored::row::<D, N>(&self.stored[slot], a);
+                let places = &self.places[slot][a];
+                diagonal = usize::from(places[a]);
                 for b in 0..N {
-                    add(&blocks[b], &mut row[self.places[slot][a][b] as usize]);
+                    let place = usize::from(places[b]);
+                    if b != a && marks.has(place) {
+                        add(&stored::off_diagonal::<D, N>(&self.stored[slot], a, b), &mut row[place]);
+                    }
+                }
+            }
+            if !row.is_empty() {
+                stored::balance(row, diagonal);
+            }
+        }
+    }
+
+    /// The places of a row that elements contribute to that were evaluated.
+    #[inline(always)]
+    fn marks(&self, vertex: usize, len: usize) -> Marks {
+        let Some(updated) = self.updated.filter(|_| len <= Marks::PLACES) else { return Marks(u128::MAX) };
+        let mut marks = 0;
+        for corner in self.stars.corners(vertex) {
+            let (slot, a) = (corner.slot::<D, N>(), corner.local::<D, N>());
+            if updated[slot / LANES][slot % LANES] {
+                for place in self.places[slot][a] {
+                    marks |= 1u128 << place;
                 }
             }
         }
+        Marks(marks)
+    }
+}
+
+/// Places of a row; those beyond the bits are always in it.
+#[derive(Clone, Copy)]
+struct Marks(u128);
+
+impl Marks {
+    const PLACES: usize = 128;
+
+    #[inline(always)]
+    fn has(self, place: usize) -> bool {
+        place >= Self::PLACES || self.0 >> place & 1 == 1
     }
 }

@@ -1,4 +1,7 @@
 //! Element stiffnesses kept between lazy linearisations.
+//!
+//! Rows are sums of the blocks off the diagonal, which changes of a few elements change alone; the block on the diagonal
+//! balances them.
 
 use super::assembly::upper_index;
 use stylet_solver::Block;
@@ -27,31 +30,35 @@ pub(super) fn pack<const D: usize, const N: usize>(upper: &[Block<D>]) -> Stored
     stored
 }
 
-/// Blocks `K_ab` of one local vertex `a`, for all `b`: those of two vertices are each other's mirror images to the last bit.
+/// `K_ab` for `a != b`: those of two vertices are each other's mirror images to the last bit.
 #[inline(always)]
-pub(super) fn row<const D: usize, const N: usize>(stored: &Stored<D>, a: usize) -> [Block<D>; N] {
-    let mut row = [[[0.0; D]; D]; N];
-    if a > 0 {
-        for b in 1..N {
-            row[b] = block(stored, a, b);
-            subtract(&row[b].clone(), &mut row[0]);
-        }
-        return row;
+pub(super) fn off_diagonal<const D: usize, const N: usize>(stored: &Stored<D>, a: usize, b: usize) -> Block<D> {
+    if a > 0 && b > 0 {
+        return block(stored, a, b);
     }
     let mut sum = [[0.0; D]; D];
-    for b in 1..N {
-        for c in 1..N {
-            subtract(&block(stored, c, b), &mut row[b]);
+    for c in 1..N {
+        let other = if a == 0 { block(stored, c, b) } else { block(stored, a, c) };
+        subtract(&other, &mut sum);
+    }
+    sum
+}
+
+/// The diagonal block at `diagonal` of a row whose others stand: their sum vanishes.
+#[inline(always)]
+pub(super) fn balance<const D: usize>(row: &mut [Block<D>], diagonal: usize) {
+    let mut sum = [[0.0; D]; D];
+    for (at, block) in row.iter().enumerate() {
+        if at != diagonal {
+            subtract(block, &mut sum);
         }
-        subtract(&row[b].clone(), &mut sum);
     }
     for i in 0..D {
         for j in 0..D {
             // The mean of both halves is symmetric to the last bit.
-            row[0][i][j] = 0.5 * (sum[i][j] + sum[j][i]);
+            row[diagonal][i][j] = 0.5 * (sum[i][j] + sum[j][i]);
         }
     }
-    row
 }
 
 /// `K_ab` with `a, b >= 1`.
@@ -94,12 +101,18 @@ mod tests {
         material.element_stiffness(&f, &[first, g[0], g[1], g[2]], 1e-6, &mut upper);
         let size = upper.iter().flatten().flatten().fold(0.0f64, |m, k| m.max(k.abs()));
         let stored = pack::<3, 4>(&upper);
-        let back: [[Block<3>; 4]; 4] = std::array::from_fn(|a| row::<3, 4>(&stored, a));
+        let back = |a: usize, b: usize| -> Block<3> {
+            let mut row: [Block<3>; 4] =
+                std::array::from_fn(|b| if a == b { [[0.0; 3]; 3] } else { off_diagonal::<3, 4>(&stored, a, b) });
+            balance(&mut row, a);
+            row[b]
+        };
         for (a, b, i, j) in (0..144).map(|k| (k / 36, k / 9 % 4, k / 3 % 3, k % 3)) {
             let exact = if a <= b { upper[upper_index(4, a, b)][i][j] } else { upper[upper_index(4, b, a)][j][i] };
-            assert!((back[a][b][i][j] - exact).abs() < 1e-6 * size, "{} and {exact} of {size}", back[a][b][i][j]);
-            assert_eq!(back[a][b][i][j].to_bits(), back[b][a][j][i].to_bits());
-            let sum: f64 = (0..4).map(|b| back[a][b][i][j]).sum();
+            let found = back(a, b)[i][j];
+            assert!((found - exact).abs() < 1e-6 * size, "{found} and {exact} of {size}");
+            assert_eq!(found.to_bits(), back(b, a)[j][i].to_bits());
+            let sum: f64 = (0..4).map(|b| back(a, b)[i][j]).sum();
             assert!(sum.abs() < 1e-14 * size, "translations take a force of {sum} of {size}");
         }
     }

@@ -1,11 +1,12 @@
 //! Time integration against closed forms: an oscillator of one degree of freedom, free fall, a free body, and the order of
 //! convergence. The figures are those of validation sheet F.
 
+use crate::support::allocations::allocations;
 use crate::support::{YOUNG, at, clamped, distorted_box, random_vector};
 use std::f64::consts::PI;
 use stylet_mesh::generate::kuhn_box;
 use stylet_mesh::{SimplexMesh, VertexId};
-use stylet_physics::body::{Body, Density, MassKind};
+use stylet_physics::body::{Body, Density, LazyRule, MassKind};
 use stylet_physics::dynamics::{Damping, Drive, DynamicsSettings, Integrator, Scheme, Solution, State};
 use stylet_physics::material::{Hyperelastic, Linear, NeoHookean, StVenantKirchhoff};
 use stylet_solver::energy::Energy;
@@ -401,6 +402,63 @@ fn threads_do_not_change_a_bit() {
     for lazy in [0.0, 0.01] {
         let one = run(1, lazy);
         assert!(run(2, lazy) == one && run(8, lazy) == one, "lazy {lazy}");
+    }
+}
+
+/// A step on a mesh that has not changed allocates nothing, whatever it solves.
+#[test]
+fn warm_steps_allocate_nothing() {
+    let linearised = Solution::Linearised;
+    let rules = [LazyRule::Always, LazyRule::Strain(0.01), LazyRule::Stiffness(1.0), LazyRule::Rotation(1.0)];
+    let cases = rules.map(|rule| (linearised, rule)).into_iter().chain([(NEWTON, LazyRule::Always)]);
+    for (solution, rule) in cases {
+        let (mesh, mut body) = block(neo(), MassKind::Lumped);
+        body.set_lazy_rule(rule);
+        let held = clamped(&mesh, |x| x[0] == 0.0);
+        let mut weight = vec![0.0; body.dim()];
+        body.add_gravity(&[0.0, 0.0, -9.81], &mut weight);
+        let mut drive = |_: f64, drive: &mut Drive| drive.load.copy_from_slice(&weight);
+        let damping = Damping { mass: 1.0, stiffness: 1e-3 };
+        let mut it = Integrator::new(DynamicsSettings { solution, damping, ..tight(2e-3) }, &Team::serial());
+        let mut state = it.start(&mut body, &held, &mut drive).unwrap();
+        let mut step = || drop(it.step(&mut body, &held, &mut drive, &mut state).unwrap());
+        (0..3).for_each(|_| step());
+        assert_eq!(allocations(|| (0..5).for_each(|_| step())), 0, "{solution:?}, {rule:?}");
+    }
+}
+
+/// F4: what steps far longer than the motion dissipate. Backward Euler with Newton's method never gains energy and loses
+/// nearly all of it; the trapezoid rule with one linearised step gains energy, or must be made in parts.
+#[test]
+fn dissipation_of_large_steps() {
+    let run = |scheme: Scheme, solution: Solution, dt: f64| {
+        let (mesh, mut body) = block(neo(), MassKind::Lumped);
+        let free = Subspace::new(body.n_vertices());
+        let u: Vec<f64> = mesh.points().iter().flat_map(|x| [0.5 * x[0], -0.2 * x[1], -0.2 * x[2]]).collect();
+        let mut it = Integrator::new(DynamicsSettings { scheme, solution, ..tight(dt) }, &Team::serial());
+        let rest = vec![0.0; u.len()];
+        let mut state = it.start_moving(&mut body, &free, &mut nothing, u, rest).unwrap();
+        let mut energies = vec![it.balance(&mut body, &state).total()];
+        let mut halvings = 0;
+        for _ in 0..20 {
+            match it.step(&mut body, &free, &mut nothing, &mut state) {
+                Ok(report) => halvings += report.halvings,
+                Err(error) => {
+                    println!("{error}");
+                    return (energies, u32::MAX);
+                }
+            }
+            energies.push(it.balance(&mut body, &state).total());
+        }
+        (energies, halvings)
+    };
+    for dt in [2e-3, 20e-3, 200e-3] {
+        let (energies, _) = run(Scheme::BackwardEuler, NEWTON, dt);
+        println!("euler {dt}: {energies:?}");
+        let (energies, halvings) = run(Scheme::TRAPEZOID, NEWTON, dt);
+        println!("trapezoid, Newton {dt}: {halvings} {energies:?}");
+        let (energies, halvings) = run(Scheme::TRAPEZOID, Solution::Linearised, dt);
+        println!("trapezoid, linearised {dt}: {halvings} {energies:?}");
     }
 }
 

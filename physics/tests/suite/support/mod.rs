@@ -1,6 +1,7 @@
 //! Meshes and checks that several tests share.
 #![allow(dead_code)] // each test binary uses its own part
 
+pub mod allocations;
 pub mod halvings;
 pub mod multigrid;
 

@@ -1,0 +1,198 @@
+//! `stylet bench lazy-tissue`: what it saves, and costs, to evaluate only the element stiffnesses that have changed.
+
+use super::{POISSON, Released, Step, mesh, page, product_seconds, size};
+use crate::timing::{median, ratio};
+use crate::{BenchError, BenchOptions, Figure, Numbers, Report, Row};
+use stylet_mesh::SimplexMesh;
+use stylet_physics::body::LazyRule;
+use stylet_solver::team::Team;
+
+/// Table 1 of the 2009 paper, for the needle in prostate tissue: share updated (%), time of forces and Jacobian (ms), that
+/// as a share of the frame without lazy updates (%), error of the needle tip (%).
+const PUBLISHED: [(f64, [f64; 4]); 4] = [
+    (0.0, [100.0, 12.42, 100.0, 0.0]),
+    (100.0, [7.96, 3.83, 82.37, 0.06]),
+    (1000.0, [3.65, 2.52, 79.68, 0.19]),
+    (10_000.0, [0.58, 2.12, 78.89, 0.16]),
+];
+
+/// Thresholds of our measure, N/m.
+const OURS: [f64; 4] = [3.0, 10.0, 30.0, 100.0];
+/// Those that the figures are about: the published one, and ours of about the error that was published for it.
+const CHOSEN: (f64, f64) = (1000.0, 30.0);
+
+/// Step and damping time, s.
+const RUNS: [(f64, f64); 3] = [(1e-3, 0.0), (1e-3, 10e-3), (20e-3, 10e-3)];
+/// One rule along a run.
+struct Arm {
+    rule: LazyRule,
+    released: Released,
+    /// Of each step, s: product, forces, Jacobian, matrix, solve, whole.
+    times: [Vec<f64>; 6],
+    iterations: usize,
+    updated: u64,
+}
+
+impl Arm {
+    fn take(&mut self, product: f64, step: &Step) {
+        let [forces, linearize, matrix, solve] = step.stages;
+        for (times, t) in self.times.iter_mut().zip([product, forces, linearize, matrix, solve, step.seconds]) {
+            times.push(t);
+        }
+        self.iterations += step.report.iterations;
+        self.updated += step.report.elements_updated;
+    }
+
+    /// Median of the ratios of one time and the product.
+    fn products(&self, time: usize) -> f64 {
+        ratio(&self.times[time], &self.times[0])
+    }
+}
+
+pub(crate) fn run(options: &BenchOptions, say: &mut dyn FnMut(&str)) -> Result<Report, BenchError> {
+    let mut report = Report::new("lazy-tissue", options.threads);
+    let (mesh, team) = (mesh(options.quick), Team::new(options.threads));
+    for (dt, damping) in RUNS {
+        if options.stopped() {
+            break;
+        }
+        let case = format!("dt {} ms, damping {} ms", 1e3 * dt, 1e3 * damping);
+        say(&case);
+        let arms = in_turns(&mesh, dt, damping, &team, options)?;
+        rows(&case, &mesh, &arms, options.threads, &mut report);
+        figures(&case, &mesh, dt, &arms, options.quick, &mut report);
+    }
+    if let Some(folder) = &options.out {
+        report.write(folder, "lazy-tissue.svg", &page::error_against_time(&report).to_svg()?)?;
+    }
+    Ok(report)
+}
+
+fn rules() -> Vec<LazyRule> {
+    let published = PUBLISHED.iter().map(|&(threshold, _)| LazyRule::Rotation(threshold));
+    published.chain(OURS.map(LazyRule::Stiffness)).collect()
+}
+
+/// Steps all rules side by side, so that what disturbs the machine disturbs all of them.
+fn in_turns(
+    mesh: &SimplexMesh<3, 4>,
+    dt: f64,
+    damping: f64,
+    team: &Team,
+    options: &BenchOptions,
+) -> Result<Vec<Arm>, BenchError> {
+    let mut arms = Vec::new();
+    for rule in rules() {
+        let released = Released::new(mesh, dt, damping, rule, None, team)?;
+        arms.push(Arm { rule, released, times: Default::default(), iterations: 0, updated: 0 });
+    }
+    let frozen = Released::new(mesh, dt, damping, LazyRule::Always, None, team)?.product();
+    let x = vec![1.0; frozen.n_rows() * 3];
+    let mut y = x.clone();
+    for _ in 0..size(options.quick).1 {
+        if options.stopped() {
+            break;
+        }
+        for arm in &mut arms {
+            let product = product_seconds(&frozen, team, &x, &mut y);
+            let step = arm.released.step()?;
+            arm.take(product, &step);
+        }
+    }
+    Ok(arms)
+}
+
+fn rows(case: &str, mesh: &SimplexMesh<3, 4>, arms: &[Arm], threads: usize, report: &mut Report) {
+    for arm in arms {
+        let steps = arm.times[0].len().max(1) as f64;
+        let mut times = arm.times.clone();
+        let [_, forces, linearize, _, _, whole] = &mut times;
+        let tissue = median(forces) + median(linearize);
+        let full = arms.first().map_or(f64::NAN, |eager| median(&mut eager.times[5].clone()));
+        let (method, published) = match arm.rule {
+            LazyRule::Rotation(threshold) => (
+                format!("(12), {threshold}"),
+                PUBLISHED.iter().find(|(published, _)| *published == threshold).map(|(_, numbers)| numbers),
+            ),
+            LazyRule::Stiffness(threshold) => (format!("ours, {threshold} N/m"), None),
+            _ => ("all".into(), None),
+        };
+        let mut row = Row {
+            case: case.into(),
+            method,
+            threads,
+            ok: true,
+            error: Numbers::from([("probe_%", 100.0 * error(mesh, arm, &arms[0]))]),
+            iterations: Some((arm.iterations as f64 / steps).round() as u64),
+            seconds: Some(median(whole)),
+            more: Numbers::from([
+                ("updated_%", 100.0 * arm.updated as f64 / steps / mesh.n_cells() as f64),
+                ("F&J_ms", 1e3 * tissue),
+                ("frame_%", 100.0 * median(whole) / full),
+                ("forces_products", arm.products(1)),
+                ("jacobian_products", arm.products(2)),
+                ("step_products", arm.products(5)),
+            ]),
+            ..Row::default()
+        };
+        if let Some([updated, tissue, frame, error]) = published {
+            row.published =
+                [("updated_%", *updated), ("F&J_ms", *tissue), ("frame_%", *frame), ("probe_%", *error)].into();
+        }
+        report.rows.push(row);
+    }
+}
+
+/// Relative difference at the probe from the run that evaluates everything.
+fn error(mesh: &SimplexMesh<3, 4>, arm: &Arm, eager: &Arm) -> f64 {
+    let (found, exact) = (arm.released.probe(mesh), eager.released.probe(mesh));
+    let norm = |v: [f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+    norm(std::array::from_fn(|k| found[k] - exact[k])) / norm(exact)
+}
+
+fn figures(case: &str, mesh: &SimplexMesh<3, 4>, dt: f64, arms: &[Arm], quick: bool, report: &mut Report) {
+    let at = |rule: LazyRule| arms.iter().find(|arm| arm.rule == rule);
+    let (Some(published), Some(ours)) = (at(LazyRule::Rotation(CHOSEN.0)), at(LazyRule::Stiffness(CHOSEN.1))) else {
+        return;
+    };
+    // A small body is not what the targets are about.
+    let at_most = |name: String, value: f64, most: f64| {
+        if quick { Figure::plain(name, value) } else { Figure::at_most(name, value, most) }
+    };
+    for (arm, name) in [(published, "(12) at 1000"), (ours, "ours at 30 N/m")] {
+        report.figures.extend([
+            at_most(format!("{case}: lazy Jacobian, {name}, products"), arm.products(2), 25.0),
+            at_most(format!("{case}: probe error, {name}, %"), 100.0 * error(mesh, arm, &arms[0]), 0.2),
+        ]);
+    }
+    report.figures.extend([
+        at_most(format!("{case}: forces, products"), arms[0].products(1), 20.0),
+        at_most(format!("{case}: full Jacobian, products"), arms[0].products(2), 60.0),
+        at_most(
+            format!("{case}: whole step, ours at 30 N/m, ν {POISSON}, products"),
+            ours.products(5),
+            if dt > 0.01 { 300.0 } else { 60.0 },
+        ),
+    ]);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::BenchOptions;
+
+    /// Every rule has its row in every run, evaluates less the higher its threshold, and errs little with damping.
+    #[test]
+    fn a_quick_look_has_every_rule() {
+        let options = BenchOptions { quick: true, threads: 1, ..BenchOptions::default() };
+        let report = run(&options, &mut |_| {}).unwrap();
+        assert_eq!(report.rows.len(), RUNS.len() * rules().len());
+        for runs in report.rows.chunks(rules().len()) {
+            for rules in runs.chunks(PUBLISHED.len()) {
+                assert!(rules.windows(2).all(|pair| pair[1].more["updated_%"] <= pair[0].more["updated_%"]));
+            }
+            assert_eq!((runs[0].more["updated_%"], runs[0].error["probe_%"]), (100.0, 0.0));
+            assert!(runs[5].error["probe_%"] < 1.0, "{:?}", runs[5]);
+        }
+    }
+}
