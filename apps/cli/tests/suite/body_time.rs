@@ -66,14 +66,14 @@ fn adaptive_steps_meet_their_tolerance_and_the_end() {
         let end = run(&folder, &format!("{drop} {more} --out {out}"));
         (number(&end, "/probes/0/displacement/2"), number(&end, "/body/time_s"), number(&end, "/steps"))
     };
-    let (exact, end, _) = tip("--set time.dt=0.0002", "fine");
+    let (exact, end, _) = tip("--set time.dt=0.0005", "fine");
     assert!((end - 0.25).abs() < 1e-12);
     let (coarse, end, few) = tip("--set time.dt=0.002 --set time.adaptive=1e-4", "coarse");
     assert!((end - 0.25).abs() < 1e-12, "{end}");
     let (fine, _, many) = tip("--set time.dt=0.002 --set time.adaptive=1e-6", "adaptive");
     assert!(many > few, "{many} steps for the tighter tolerance, {few} for the wider");
     assert!((fine - exact).abs() < (coarse - exact).abs().max(2e-5), "{coarse}, {fine}, {exact}");
-    assert!((fine - exact).abs() < 5e-5, "{fine} m, {exact} m by steps of 0.2 ms");
+    assert!((fine - exact).abs() < 5e-5, "{fine} m, {exact} m by steps of 0.5 ms");
     // Steps of several lengths.
     let (head, rows) = table(&folder.read("adaptive/history.csv"));
     let column = head.iter().position(|name| name == "time_s").unwrap();
