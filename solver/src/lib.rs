@@ -70,6 +70,7 @@ pub mod dense;
 pub mod energy;
 pub mod linear;
 pub mod matrix_market;
+mod memory;
 #[cfg(feature = "metis")]
 mod metis_graph;
 pub mod nonlinear;

@@ -123,7 +123,31 @@ pub fn check_same_scene<S>(table: &Table<S>, found: &S, expected: &S) -> Result<
 }
 
 fn checksum(bytes: &[u8]) -> u64 {
-    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, &byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
+    Checksum::default().and(bytes.iter().copied()).value()
+}
+
+/// FNV-1a, 64 bit.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Checksum(u64);
+
+impl Default for Checksum {
+    fn default() -> Self {
+        Self(0xcbf2_9ce4_8422_2325)
+    }
+}
+
+impl Checksum {
+    /// Of more bytes.
+    #[must_use]
+    pub fn and(self, bytes: impl IntoIterator<Item = u8>) -> Self {
+        let step = |hash: u64, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
+        Self(bytes.into_iter().fold(self.0, step))
+    }
+
+    /// The number.
+    pub fn value(self) -> u64 {
+        self.0
+    }
 }
 
 #[cfg(test)]

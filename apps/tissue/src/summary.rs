@@ -108,7 +108,7 @@ pub struct BodySummary {
     pub mean_displacement_m: Vec<f64>,
     /// Smallest det F.
     pub min_j: f64,
-    /// Deformed volume, m^3 (m^2 times thickness in 2D).
+    /// Deformed volume, m^3; in plane stress with the thickness as it has become.
     pub volume_m3: f64,
     /// Free residual of the last solve, N, and what it was compared with.
     pub residual_n: f64,

@@ -1,7 +1,9 @@
 //! Linear elasticity in a frame that turns with the element.
 
 use super::contracted::{RotationGradient, add_dyad, add_isotropic, closed_or_principal, mapped};
-use super::principal::{self, Curvature, Elements, Principal, balanced_stiffness, methods_by_packs, pair_sum};
+use super::principal::{
+    self, Curvature, Elements, Principal, balanced_stiffness, finite_or_infinite, methods_by_packs, pair_sum,
+};
 use super::{Hyperelastic, Lame, MaterialError, Tangent};
 use crate::lanes::{
     Lane, Pack, PackMatrix, array_of, lane_of, matrix_of, pack, single, times, transpose_times, unpack,
@@ -35,9 +37,9 @@ pub enum RotationTangent {
 /// Source: Irving, Teran & Fedkiw (2004), *Invertible finite elements for robust simulation of large deformation*.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Corotated {
-    lame: Lame,
+    pub(super) lame: Lame,
     #[serde(default)]
-    rotation: RotationTangent,
+    pub(super) rotation: RotationTangent,
 }
 
 impl Corotated {
@@ -213,13 +215,14 @@ fn trace_strain<const D: usize, const L: usize>(f: &PackMatrix<D, L>, r: &PackMa
     sum
 }
 
-/// Infinity for NaN.
-#[inline(always)]
-pub(super) fn finite_or_infinite<const L: usize>(energy: Pack<L>) -> Pack<L> {
-    energy.map(|w| if w.is_nan() { f64::INFINITY } else { w })
-}
-
 impl Principal for Corotated {
+    /// `mu sum((s - 1)^2) + lambda/2 sum(s - 1)^2`.
+    #[inline(always)]
+    fn density<const D: usize, const L: usize>(&self, s: &[Pack<L>; D]) -> Pack<L> {
+        let strain = total_strain(s);
+        strains_squared(s) * self.lame.mu() + strain * strain * (0.5 * self.lame.lambda())
+    }
+
     /// `2 mu (s_i - 1) + lambda sum(s - 1)`.
     #[inline(always)]
     fn gradient<const D: usize, const L: usize>(&self, s: &[Pack<L>; D]) -> [Pack<L>; D] {
@@ -242,6 +245,17 @@ impl Principal for Corotated {
         }
         c
     }
+}
+
+/// `sum((s_i - 1)^2)`.
+#[inline(always)]
+pub(super) fn strains_squared<const D: usize, const L: usize>(s: &[Pack<L>; D]) -> Pack<L> {
+    let mut sum = Pack::ZERO;
+    for s in s {
+        let strain = *s - Pack::ONE;
+        sum += strain * strain;
+    }
+    sum
 }
 
 /// `sum(s_i - 1)`.

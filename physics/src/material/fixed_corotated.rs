@@ -1,9 +1,11 @@
 //! The corotated law with its volume term exact.
 
 use super::contracted::{RotationGradient, add_dyad, add_isotropic, add_volume_curvature, closed_or_principal, mapped};
-use super::corotated::{distance_squared, finite_or_infinite};
+use super::corotated::{distance_squared, strains_squared};
+use super::lame::law_of_non_negative_lame;
 use super::principal::{
-    self, Curvature, Elements, Principal, Products, differentials_by_principal_stretches, methods_by_packs, pair_sum,
+    self, Curvature, Elements, Principal, Products, differentials_by_principal_stretches, finite_or_infinite,
+    methods_by_packs, pair_sum,
 };
 use super::{Hyperelastic, Lame, MaterialError, Tangent};
 use crate::lanes::{
@@ -20,48 +22,14 @@ use serde::{Deserialize, Serialize};
 ///
 /// Source: Stomakhin, Howes, Schroeder & Teran (2012), *Energetically consistent invertible elasticity*, section 4.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "Unchecked")]
 pub struct FixedCorotated {
+    #[serde(deserialize_with = "Lame::deserialize_non_negative")]
     lame: Lame,
 }
 
-/// What a file holds, before it is checked.
-#[derive(Deserialize)]
-#[serde(rename = "FixedCorotated")]
-struct Unchecked {
-    lame: Lame,
-}
-
-impl TryFrom<Unchecked> for FixedCorotated {
-    type Error = MaterialError;
-    fn try_from(raw: Unchecked) -> Result<Self, MaterialError> {
-        Self::from_lame(raw.lame)
-    }
-}
+law_of_non_negative_lame!(FixedCorotated);
 
 impl FixedCorotated {
-    /// From Young's modulus (Pa, positive) and Poisson's ratio, `0 <= poisson < 0.5` (below 0 the energy has no lower
-    /// bound).
-    ///
-    /// # Errors
-    /// [`MaterialError`] if a constant is out of range.
-    pub fn from_young_poisson(young: f64, poisson: f64) -> Result<Self, MaterialError> {
-        Ok(Self { lame: Lame::from_young_non_negative_poisson(young, poisson)? })
-    }
-
-    /// From Lamé's constants.
-    ///
-    /// # Errors
-    /// [`MaterialError::LameConstants`] if `lambda < 0`.
-    pub fn from_lame(lame: Lame) -> Result<Self, MaterialError> {
-        Ok(Self { lame: lame.non_negative()? })
-    }
-
-    /// Lamé's constants.
-    pub fn lame(&self) -> Lame {
-        self.lame
-    }
-
     #[inline(always)]
     fn energy<const D: usize, const L: usize>(&self, f: &PackMatrix<D, L>) -> Pack<L> {
         let distance = distance_squared(f, &polar(f).rotation);
@@ -116,6 +84,13 @@ impl FixedCorotated {
 }
 
 impl Principal for FixedCorotated {
+    /// `mu sum((s - 1)^2) + lambda/2 (J - 1)^2`.
+    #[inline(always)]
+    fn density<const D: usize, const L: usize>(&self, s: &[Pack<L>; D]) -> Pack<L> {
+        let dj = Products::of(s).j - Pack::ONE;
+        strains_squared(s) * self.lame.mu() + dj * dj * (0.5 * self.lame.lambda())
+    }
+
     /// `2 mu (s_i - 1) + lambda (J - 1) dJ/ds_i`.
     #[inline(always)]
     fn gradient<const D: usize, const L: usize>(&self, s: &[Pack<L>; D]) -> [Pack<L>; D] {

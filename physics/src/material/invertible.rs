@@ -1,12 +1,10 @@
 //! Laws that end at `J = 0`, continued to inverted elements.
 
-use super::corotated::finite_or_infinite;
 use super::principal::{
     self, Curvature, Principal, Products, differentials_by_principal_stretches, methods_by_packs, pair_sum,
 };
 use super::{Hyperelastic, Lame, MaterialError, NeoHookean, StVenantKirchhoff, Tangent};
-use crate::lanes::{Lane, Pack, PackMatrix, array_of, lane_of, matrix_of, pack, single, unpack};
-use crate::svd::signed_svd_pack;
+use crate::lanes::{Lane, Pack, array_of, lane_of, matrix_of, pack, single, unpack};
 use nalgebra::SMatrix;
 use serde::{Deserialize, Serialize};
 
@@ -137,25 +135,24 @@ impl Invertible<NeoHookean> {
         let (kept, missing) = self.split(s);
         missing * (mu / (e * e)) - Pack::splat(mu) / kept
     }
+}
 
+impl Principal for Invertible<NeoHookean> {
     #[inline(always)]
-    fn energy<const D: usize, const L: usize>(&self, f: &PackMatrix<D, L>) -> Pack<L> {
+    fn density<const D: usize, const L: usize>(&self, s: &[Pack<L>; D]) -> Pack<L> {
         let (mu, e) = (self.lame().mu(), self.threshold);
-        let s = signed_svd_pack(f).sigma;
-        let dj = Products::of(&s).j - Pack::ONE;
+        let dj = Products::of(s).j - Pack::ONE;
         let mut energy = dj * dj * (0.5 * self.lame().lambda());
         for s in s {
-            let (kept, missing) = self.split(s);
-            let h = s - Pack::ONE;
+            let (kept, missing) = self.split(*s);
+            let h = *s - Pack::ONE;
             let logarithm =
                 (kept - Pack::ONE).map(f64::ln_1p) + missing * (1.0 / e) - missing * missing * (0.5 / (e * e));
             energy += (h + h * h * 0.5 - logarithm) * mu;
         }
-        finite_or_infinite(energy)
+        energy
     }
-}
 
-impl Principal for Invertible<NeoHookean> {
     #[inline(always)]
     fn gradient<const D: usize, const L: usize>(&self, s: &[Pack<L>; D]) -> [Pack<L>; D] {
         let products = Products::of(s);
@@ -209,26 +206,25 @@ impl Invertible<StVenantKirchhoff> {
         }
         sum
     }
+}
 
+impl Principal for Invertible<StVenantKirchhoff> {
     #[inline(always)]
-    fn energy<const D: usize, const L: usize>(&self, f: &PackMatrix<D, L>) -> Pack<L> {
+    fn density<const D: usize, const L: usize>(&self, s: &[Pack<L>; D]) -> Pack<L> {
         let (mu, e) = (self.lame().mu(), self.threshold);
-        let s = signed_svd_pack(f).sigma;
-        let trace = self.doubled_green_trace(&s);
+        let trace = self.doubled_green_trace(s);
         let mut energy = trace * trace * (0.125 * self.lame().lambda());
         for s in s {
-            let (kept, missing) = self.split(s);
+            let (kept, missing) = self.split(*s);
             let strain = kept * kept - Pack::ONE;
             energy += (strain * strain * 0.25
                 + missing * (e * (e * e - 1.0))
                 + missing * missing * (0.5 * (3.0 * e * e - 1.0)))
                 * mu;
         }
-        finite_or_infinite(energy)
+        energy
     }
-}
 
-impl Principal for Invertible<StVenantKirchhoff> {
     #[inline(always)]
     fn gradient<const D: usize, const L: usize>(&self, s: &[Pack<L>; D]) -> [Pack<L>; D] {
         let pressure = self.doubled_green_trace(s) * (0.5 * self.lame().lambda());
@@ -261,28 +257,6 @@ impl Principal for Invertible<StVenantKirchhoff> {
 /// Everything else follows from the principal derivatives.
 macro_rules! hyperelastic {
     ($solid:ty) => {
-        impl Invertible<$solid> {
-            #[inline(always)]
-            fn stress<const D: usize, const L: usize>(&self, f: &PackMatrix<D, L>) -> PackMatrix<D, L> {
-                principal::stress(self, f)
-            }
-
-            #[inline(always)]
-            fn stiffness<const D: usize, const N: usize, const L: usize>(
-                &self,
-                f: &PackMatrix<D, L>,
-                g: &[[Pack<L>; D]; N],
-                weight: Pack<L>,
-                project: bool,
-                mut put: impl FnMut(usize, PackMatrix<D, L>),
-            ) {
-                let blocks = principal::Elements { law: self, f, gradients: g, weight, project }.blocks();
-                for at in 0..N * (N + 1) / 2 {
-                    put(at, blocks[at]);
-                }
-            }
-        }
-
         impl<const D: usize> Hyperelastic<D> for Invertible<$solid> {
             const REQUIRES_POSITIVE_J: bool = false;
             methods_by_packs!(D);

@@ -1,6 +1,7 @@
 //! The two constants of an isotropic solid, checked once.
 
-use serde::{Deserialize, Serialize};
+use serde::de::Error;
+use serde::{Deserialize, Deserializer, Serialize};
 
 /// Why a material could not be built.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -61,14 +62,6 @@ pub enum MaterialError {
         model: String,
         /// The names there are.
         known: String,
-    },
-    /// The law has no form for plane stress.
-    #[error(
-        "the material model \"{model}\" has no form for plane stress; linear, st-venant-kirchhoff and neo-hookean have"
-    )]
-    NoPlaneStress {
-        /// The name of the law.
-        model: &'static str,
     },
 }
 
@@ -146,6 +139,11 @@ impl Lame {
         }
     }
 
+    /// From a file, if `lambda >= 0`.
+    pub(super) fn deserialize_non_negative<'de, D: Deserializer<'de>>(source: D) -> Result<Self, D::Error> {
+        Self::deserialize(source)?.non_negative().map_err(D::Error::custom)
+    }
+
     /// Shear modulus `mu`, Pa.
     #[inline]
     pub fn mu(&self) -> f64 {
@@ -167,6 +165,62 @@ impl Lame {
         Self { mu: self.mu, lambda: 2.0 * self.mu * (self.lambda / (self.lambda + 2.0 * self.mu)) }
     }
 }
+
+/// The constructors of a law that is defined by Lamé's constants, whatever the sign of `lambda`.
+macro_rules! law_of_lame {
+    ($law:ident) => {
+        impl $law {
+            /// From Young's modulus (Pa, positive) and Poisson's ratio, `-1 < poisson < 0.5`.
+            ///
+            /// # Errors
+            /// [`MaterialError`] if a constant is out of range.
+            pub fn from_young_poisson(young: f64, poisson: f64) -> Result<Self, MaterialError> {
+                Ok(Self { lame: Lame::from_young_poisson(young, poisson)? })
+            }
+
+            /// From Lamé's constants.
+            pub fn from_lame(lame: Lame) -> Self {
+                Self { lame }
+            }
+
+            /// Lamé's constants.
+            pub fn lame(&self) -> Lame {
+                self.lame
+            }
+        }
+    };
+}
+pub(super) use law_of_lame;
+
+/// As [`law_of_lame`], of a law whose energy has no lower bound below `lambda = 0`.
+macro_rules! law_of_non_negative_lame {
+    ($law:ident) => {
+        impl $law {
+            /// From Young's modulus (Pa, positive) and Poisson's ratio, `0 <= poisson < 0.5` (below 0 the energy has no lower
+            /// bound).
+            ///
+            /// # Errors
+            /// [`MaterialError`] if a constant is out of range.
+            pub fn from_young_poisson(young: f64, poisson: f64) -> Result<Self, MaterialError> {
+                Ok(Self { lame: Lame::from_young_non_negative_poisson(young, poisson)? })
+            }
+
+            /// From Lamé's constants.
+            ///
+            /// # Errors
+            /// [`MaterialError::LameConstants`] if `lambda < 0`.
+            pub fn from_lame(lame: Lame) -> Result<Self, MaterialError> {
+                Ok(Self { lame: lame.non_negative()? })
+            }
+
+            /// Lamé's constants.
+            pub fn lame(&self) -> Lame {
+                self.lame
+            }
+        }
+    };
+}
+pub(super) use law_of_non_negative_lame;
 
 #[cfg(test)]
 mod tests {

@@ -1,5 +1,6 @@
 //! Small-strain linear elasticity.
 
+use super::lame::law_of_lame;
 use super::{Hyperelastic, Lame, MaterialError, Tangent, fill_upper};
 use crate::small::dot;
 use nalgebra::SMatrix;
@@ -14,25 +15,7 @@ pub struct Linear {
     pub(super) lame: Lame,
 }
 
-impl Linear {
-    /// From Young's modulus (Pa, positive) and Poisson's ratio, `-1 < poisson < 0.5`.
-    ///
-    /// # Errors
-    /// [`MaterialError`] if a constant is out of range.
-    pub fn from_young_poisson(young: f64, poisson: f64) -> Result<Self, MaterialError> {
-        Ok(Self { lame: Lame::from_young_poisson(young, poisson)? })
-    }
-
-    /// From Lamé's constants.
-    pub fn from_lame(lame: Lame) -> Self {
-        Self { lame }
-    }
-
-    /// Lamé's constants.
-    pub fn lame(&self) -> Lame {
-        self.lame
-    }
-}
+law_of_lame!(Linear);
 
 impl<const D: usize> Hyperelastic<D> for Linear {
     const IS_LINEAR: bool = true;

@@ -10,9 +10,9 @@
 //! | [`StableNeoHookean`] | of Smith, de Goes & Kim (2018) | every `F` | varies |
 //! | [`Invertible`] | St. Venant-Kirchhoff or neo-Hookean, continued below a stretch | every `F` | varies |
 //!
-//! [`Solid`] is any of them, chosen at run time. [`Viscosity`] adds a damping stress.
+//! [`Solid`] is any of them, chosen at run time, [`Plane`] in two dimensions either plane strain or plane stress. [`Viscosity`] adds a damping stress.
 //!
-//! In two dimensions each is plane strain (`F33 = 1`, per unit of thickness); [`PlaneStress`] solves `S33 = 0` instead.
+//! In two dimensions each is plane strain (`F33 = 1`, per unit of thickness); [`PlaneStress`] of it solves `S33 = 0` instead.
 
 mod contracted;
 mod corotated;
@@ -21,12 +21,14 @@ mod invertible;
 mod lame;
 mod linear;
 mod neo_hookean;
+mod plane;
 mod plane_stress;
 mod principal;
 mod solid;
 mod st_venant_kirchhoff;
 mod stable_neo_hookean;
 mod tangent;
+mod thickness;
 mod viscosity;
 
 pub use corotated::{Corotated, RotationTangent};
@@ -35,6 +37,7 @@ pub use invertible::{Continued, Invertible};
 pub use lame::{Lame, MaterialError};
 pub use linear::Linear;
 pub use neo_hookean::NeoHookean;
+pub use plane::Plane;
 pub use plane_stress::PlaneStress;
 pub use solid::Solid;
 pub use st_venant_kirchhoff::StVenantKirchhoff;

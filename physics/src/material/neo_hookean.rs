@@ -1,5 +1,6 @@
 //! Compressible neo-Hookean solid, and the family of laws `mu/2 |F|^2 + U(J)` it belongs to.
 
+use super::lame::law_of_non_negative_lame;
 use super::principal::{self, Curvature, Principal, Products};
 use super::{Hyperelastic, Lame, MaterialError, Tangent, fill_upper, lane_by_lane, lane_gradients};
 use crate::lanes::{self, LANES, Lane, Pack, PackMatrix, array_of, lane_matrix, matrix_of, pack};
@@ -14,48 +15,14 @@ use serde::{Deserialize, Serialize};
 ///
 /// Source: Nienhuys, *Cutting in deformable objects*, PhD thesis, Utrecht (2003), eq. (4.6).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "Unchecked")]
 pub struct NeoHookean {
+    #[serde(deserialize_with = "Lame::deserialize_non_negative")]
     pub(super) lame: Lame,
 }
 
-/// What a file holds, before it is checked.
-#[derive(Deserialize)]
-#[serde(rename = "NeoHookean")]
-struct Unchecked {
-    lame: Lame,
-}
-
-impl TryFrom<Unchecked> for NeoHookean {
-    type Error = MaterialError;
-    fn try_from(raw: Unchecked) -> Result<Self, MaterialError> {
-        Self::from_lame(raw.lame)
-    }
-}
+law_of_non_negative_lame!(NeoHookean);
 
 impl NeoHookean {
-    /// From Young's modulus (Pa, positive) and Poisson's ratio, `0 <= poisson < 0.5` (below 0 the energy has no lower
-    /// bound).
-    ///
-    /// # Errors
-    /// [`MaterialError`] if a constant is out of range.
-    pub fn from_young_poisson(young: f64, poisson: f64) -> Result<Self, MaterialError> {
-        Ok(Self { lame: Lame::from_young_non_negative_poisson(young, poisson)? })
-    }
-
-    /// From Lamé's constants.
-    ///
-    /// # Errors
-    /// [`MaterialError::LameConstants`] if `lambda < 0`.
-    pub fn from_lame(lame: Lame) -> Result<Self, MaterialError> {
-        Ok(Self { lame: lame.non_negative()? })
-    }
-
-    /// Lamé's constants.
-    pub fn lame(&self) -> Lame {
-        self.lame
-    }
-
     /// `J U'(J)` and `J (J U'(J))'` for `U = -mu ln J + lambda/2 (J - 1)^2`.
     #[inline(always)]
     fn volumetric(&self, j: f64) -> Volumetric {
@@ -188,6 +155,18 @@ impl NeoHookean {
 
 /// Where all stretches are positive.
 impl Principal for NeoHookean {
+    /// `mu sum(h + h^2/2 - ln(1 + h)) + lambda/2 (J - 1)^2` with `h = s - 1`.
+    #[inline(always)]
+    fn density<const D: usize, const L: usize>(&self, s: &[Pack<L>; D]) -> Pack<L> {
+        let dj = Products::of(s).j - Pack::ONE;
+        let mut energy = dj * dj * (0.5 * self.lame.lambda());
+        for s in s {
+            let h = *s - Pack::ONE;
+            energy += (h + h * h * 0.5 - h.map(f64::ln_1p)) * self.lame.mu();
+        }
+        energy
+    }
+
     #[inline(always)]
     fn gradient<const D: usize, const L: usize>(&self, s: &[Pack<L>; D]) -> [Pack<L>; D] {
         let (mu, products) = (self.lame.mu(), Products::of(s));

@@ -2,10 +2,15 @@
 
 use super::neo_hookean::{Volumetric, inverse_transpose};
 use super::st_venant_kirchhoff::green_strain;
-use super::{Hyperelastic, Lame, Linear, NeoHookean, StVenantKirchhoff};
+use super::{Corotated, Hyperelastic, Lame, Linear, NeoHookean, StVenantKirchhoff, Tangent};
+use crate::lanes::Lane;
 use crate::small::{cofactor, determinant, determinant_minus_one};
+use crate::svd::signed_svd;
 use nalgebra::{Matrix2, SMatrix};
 use serde::{Deserialize, Serialize};
+
+/// The dimensions of a plane, by a name that macros take.
+pub(super) const PLANE: usize = 2;
 
 /// A two-dimensional law from a solid: for each in-plane `F~` the thickness stretch `q = F33` solves `S33 = 0`, and the
 /// energy is that of the solid at `diag(F~, q)`. Because `dW/dq = 0` there, no derivative of `q` enters the stress, and
@@ -16,13 +21,23 @@ use serde::{Deserialize, Serialize};
 /// | [`Linear`] | `1 - lambda/(lambda + 2 mu) tr e~` |
 /// | [`StVenantKirchhoff`] | `q^2 = 1 - 2 lambda/(lambda + 2 mu) tr G~`; outside the domain where this is not positive |
 /// | [`NeoHookean`] | positive root of `mu (q - 1/q) + lambda (J2 q - 1) J2 = 0` |
+/// | [`Corotated`] | `1 - lambda/(lambda + 2 mu) tr(R^T F~ - I)` |
+/// | [`FixedCorotated`](super::FixedCorotated), [`StableNeoHookean`](super::StableNeoHookean), [`Invertible`](super::Invertible) | by Newton's method on the principal stretches |
+/// | [`Solid`](super::Solid) | as the law that it is |
 ///
-/// The first two are the plane-strain laws with `lambda* = 2 mu lambda/(lambda + 2 mu)`.
+/// The first two and the corotated law are those of plane strain with `lambda* = 2 mu lambda/(lambda + 2 mu)`.
 ///
-/// Source: Nienhuys (2003), section 6.1; its (6.3) is corrected here (it prints a modulus for a ratio).
+/// What is defined for every `F` stays so. In an inverted triangle it is the smaller stretch *in the plane* that takes the
+/// sign of `det F~`, and the thickness, which would rather turn over, must not: `q` minimises the energy over `q >= 0`.
+/// Where that minimum is `q = 0` (an inverted triangle, or a sheet of the continued St. Venant-Kirchhoff law drawn out in
+/// both directions) no positive root exists: the thickness is used up, and `S33 > 0` is held by nothing. Linear and
+/// corotated solids, linear in `q`, go on to negative values there. [`thickness_stretch`](Self::thickness_stretch) tells.
+///
+/// Sources: Nienhuys (2003), section 6.1; its (6.3) is corrected here (it prints a modulus for a ratio). The tangent by
+/// static condensation: de Borst (1991), *The zero-normal-stress condition in plane-stress and shell elastoplasticity*.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PlaneStress<M> {
-    solid: M,
+    pub(super) solid: M,
 }
 
 impl<M> PlaneStress<M> {
@@ -65,6 +80,19 @@ impl PlaneStress<StVenantKirchhoff> {
     }
 }
 
+impl PlaneStress<Corotated> {
+    #[inline(always)]
+    fn reduced(&self) -> Corotated {
+        Corotated { lame: self.solid.lame.plane_stress(), ..self.solid }
+    }
+
+    /// Thickness stretch `q` at the in-plane deformation gradient `f`; not positive where nothing of it is left.
+    pub fn thickness_stretch(&self, f: &Matrix2<f64>) -> f64 {
+        let [a, b] = signed_svd(f).sigma;
+        1.0 - ratio(&self.solid.lame) * ((a - 1.0) + (b - 1.0))
+    }
+}
+
 /// `lambda / (lambda + 2 mu)`.
 #[inline(always)]
 fn ratio(lame: &Lame) -> f64 {
@@ -98,29 +126,62 @@ impl PlaneStress<NeoHookean> {
     }
 }
 
-impl Hyperelastic<2> for PlaneStress<Linear> {
-    const IS_LINEAR: bool = true;
-    const REQUIRES_POSITIVE_J: bool = false;
+/// A law that is the one of plane strain with other constants, for every `F~`.
+macro_rules! reduced_law {
+    ($solid:ty) => {
+        impl Hyperelastic<2> for PlaneStress<$solid> {
+            const IS_LINEAR: bool = <$solid as Hyperelastic<2>>::IS_LINEAR;
+            const REQUIRES_POSITIVE_J: bool = false;
 
-    fn energy_density(&self, f: &Matrix2<f64>) -> f64 {
-        self.reduced().energy_density(f)
-    }
-    fn first_piola_kirchhoff(&self, f: &Matrix2<f64>) -> Matrix2<f64> {
-        self.reduced().first_piola_kirchhoff(f)
-    }
-    fn stress_differential(&self, f: &Matrix2<f64>, df: &Matrix2<f64>) -> Matrix2<f64> {
-        self.reduced().stress_differential(f, df)
-    }
-    fn element_stiffness<const N: usize>(
-        &self,
-        f: &Matrix2<f64>,
-        gradients: &[[f64; 2]; N],
-        weight: f64,
-        upper: &mut [[[f64; 2]; 2]],
-    ) {
-        self.reduced().element_stiffness(f, gradients, weight, upper);
-    }
+            #[inline(always)]
+            fn energy_density(&self, f: &Matrix2<f64>) -> f64 {
+                self.reduced().energy_density(f)
+            }
+            #[inline(always)]
+            fn first_piola_kirchhoff(&self, f: &Matrix2<f64>) -> Matrix2<f64> {
+                self.reduced().first_piola_kirchhoff(f)
+            }
+            #[inline(always)]
+            fn stress_differential(&self, f: &Matrix2<f64>, df: &Matrix2<f64>) -> Matrix2<f64> {
+                self.reduced().stress_differential(f, df)
+            }
+            fn projected_tangent(&self, f: &Matrix2<f64>) -> Tangent<2> {
+                self.reduced().projected_tangent(f)
+            }
+            #[inline(always)]
+            fn element_stiffness<const N: usize>(
+                &self,
+                f: &Matrix2<f64>,
+                gradients: &[[f64; 2]; N],
+                weight: f64,
+                upper: &mut [[[f64; 2]; 2]],
+            ) {
+                self.reduced().element_stiffness(f, gradients, weight, upper);
+            }
+            #[inline(always)]
+            fn energy_lanes(&self, f: &[[Lane; 2]; 2]) -> Lane {
+                self.reduced().energy_lanes(f)
+            }
+            #[inline(always)]
+            fn stress_lanes(&self, f: &[[Lane; 2]; 2]) -> [[Lane; 2]; 2] {
+                self.reduced().stress_lanes(f)
+            }
+            #[inline(always)]
+            fn element_stiffness_lanes<const N: usize>(
+                &self,
+                f: &[[Lane; 2]; 2],
+                gradients: &[[Lane; 2]; N],
+                weight: &Lane,
+                project: bool,
+                upper: &mut [[[Lane; 2]; 2]],
+            ) {
+                self.reduced().element_stiffness_lanes(f, gradients, weight, project, upper);
+            }
+        }
+    };
 }
+reduced_law!(Linear);
+reduced_law!(Corotated);
 
 impl Hyperelastic<2> for PlaneStress<StVenantKirchhoff> {
     #[inline(always)]

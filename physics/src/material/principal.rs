@@ -18,12 +18,50 @@ use nalgebra::SMatrix;
 use pulp::{Arch, NullaryFnOnce};
 
 /// An isotropic law as a symmetric function of the signed singular values of `F`.
-pub(super) trait Principal {
+pub(super) trait Principal: Sized {
+    /// `W(sigma)`, J/m^3.
+    fn density<const D: usize, const L: usize>(&self, s: &[Pack<L>; D]) -> Pack<L>;
+
     /// `dW/dsigma`, Pa.
     fn gradient<const D: usize, const L: usize>(&self, s: &[Pack<L>; D]) -> [Pack<L>; D];
 
     /// The second derivatives, Pa.
     fn curvature<const D: usize, const L: usize>(&self, s: &[Pack<L>; D]) -> Curvature<D, L>;
+
+    /// Strain energy density at `F`, J/m^3: what a law without a shorter way to it has of its stretches, as below.
+    #[inline(always)]
+    fn energy<const D: usize, const L: usize>(&self, f: &PackMatrix<D, L>) -> Pack<L> {
+        finite_or_infinite(self.density(&signed_svd_pack(f).sigma))
+    }
+
+    /// First Piola-Kirchhoff stress, Pa.
+    #[inline(always)]
+    fn stress<const D: usize, const L: usize>(&self, f: &PackMatrix<D, L>) -> PackMatrix<D, L> {
+        let svd = signed_svd_pack(f);
+        compose(&svd, &self.gradient(&svd.sigma))
+    }
+
+    /// Blocks of the element stiffness, each handed to `put` with its place.
+    #[inline(always)]
+    fn stiffness<const D: usize, const N: usize, const L: usize>(
+        &self,
+        f: &PackMatrix<D, L>,
+        gradients: &[[Pack<L>; D]; N],
+        weight: Pack<L>,
+        project: bool,
+        mut put: impl FnMut(usize, PackMatrix<D, L>),
+    ) {
+        let blocks = Elements { law: self, f, gradients, weight, project }.blocks();
+        for at in 0..N * (N + 1) / 2 {
+            put(at, blocks[at]);
+        }
+    }
+}
+
+/// Infinity for NaN.
+#[inline(always)]
+pub(super) fn finite_or_infinite<const L: usize>(energy: Pack<L>) -> Pack<L> {
+    energy.map(|w| if w.is_nan() { f64::INFINITY } else { w })
 }
 
 /// The tangent in the principal frame, Pa.
@@ -91,13 +129,6 @@ fn compose<const D: usize, const L: usize>(svd: &PackSvd<D, L>, values: &[Pack<L
         }
     }
     times_transpose(&scaled, &svd.v)
-}
-
-/// First Piola-Kirchhoff stress, Pa.
-#[inline(always)]
-pub(super) fn stress<const D: usize, const L: usize>(law: &impl Principal, f: &PackMatrix<D, L>) -> PackMatrix<D, L> {
-    let svd = signed_svd_pack(f);
-    compose(&svd, &law.gradient(&svd.sigma))
 }
 
 /// The tangent as its parts in the principal frame.

@@ -1,11 +1,12 @@
 //! Any of the laws, chosen at run time.
 
+use super::plane_stress::PLANE;
 use super::{
-    Corotated, FixedCorotated, Hyperelastic, Invertible, Lame, Linear, MaterialError, NeoHookean, RotationTangent,
-    StVenantKirchhoff, StableNeoHookean, Tangent,
+    Corotated, FixedCorotated, Hyperelastic, Invertible, Lame, Linear, MaterialError, NeoHookean, PlaneStress,
+    RotationTangent, StVenantKirchhoff, StableNeoHookean, Tangent,
 };
 use crate::lanes::Lane;
-use nalgebra::SMatrix;
+use nalgebra::{Matrix2, SMatrix};
 use serde::{Deserialize, Serialize};
 
 /// A solid whose law is data: bodies of several laws, laws named by a file. Every method asks once which law it is, for
@@ -91,17 +92,6 @@ impl Solid {
         })
     }
 
-    /// Whether [`PlaneStress`](super::PlaneStress) can wrap this law: the thickness stretch has a closed form.
-    ///
-    /// # Errors
-    /// [`MaterialError::NoPlaneStress`] names a law that has none.
-    pub fn check_plane_stress(&self) -> Result<(), MaterialError> {
-        match self {
-            Self::Linear(_) | Self::StVenantKirchhoff(_) | Self::NeoHookean(_) => Ok(()),
-            other => Err(MaterialError::NoPlaneStress { model: other.model() }),
-        }
-    }
-
     /// The name of the law, one of [`MODELS`](Self::MODELS).
     pub fn model(&self) -> &'static str {
         match self {
@@ -140,62 +130,91 @@ impl Solid {
     }
 }
 
+/// The methods of [`Hyperelastic`] of a law that is data, each handed on by `$with!(self, law => ...)`.
+macro_rules! handed_on {
+    ($d:ident, $with:ident) => {
+        fn requires_positive_j(&self) -> bool {
+            $with!(self, law => Hyperelastic::<$d>::requires_positive_j(law))
+        }
+
+        #[inline(always)]
+        fn energy_density(&self, f: &SMatrix<f64, $d, $d>) -> f64 {
+            $with!(self, law => law.energy_density(f))
+        }
+
+        #[inline(always)]
+        fn first_piola_kirchhoff(&self, f: &SMatrix<f64, $d, $d>) -> SMatrix<f64, $d, $d> {
+            $with!(self, law => law.first_piola_kirchhoff(f))
+        }
+
+        fn stress_differential(&self, f: &SMatrix<f64, $d, $d>, df: &SMatrix<f64, $d, $d>) -> SMatrix<f64, $d, $d> {
+            $with!(self, law => law.stress_differential(f, df))
+        }
+
+        fn tangent(&self, f: &SMatrix<f64, $d, $d>) -> Tangent<$d> {
+            $with!(self, law => law.tangent(f))
+        }
+
+        fn projected_tangent(&self, f: &SMatrix<f64, $d, $d>) -> Tangent<$d> {
+            $with!(self, law => law.projected_tangent(f))
+        }
+
+        fn element_stiffness<const N: usize>(
+            &self,
+            f: &SMatrix<f64, $d, $d>,
+            gradients: &[[f64; $d]; N],
+            weight: f64,
+            upper: &mut [[[f64; $d]; $d]],
+        ) {
+            $with!(self, law => law.element_stiffness(f, gradients, weight, upper));
+        }
+
+        #[inline(always)]
+        fn energy_lanes(&self, f: &[[Lane; $d]; $d]) -> Lane {
+            $with!(self, law => law.energy_lanes(f))
+        }
+
+        #[inline(always)]
+        fn stress_lanes(&self, f: &[[Lane; $d]; $d]) -> [[Lane; $d]; $d] {
+            $with!(self, law => law.stress_lanes(f))
+        }
+
+        #[inline(always)]
+        fn element_stiffness_lanes<const N: usize>(
+            &self,
+            f: &[[Lane; $d]; $d],
+            gradients: &[[Lane; $d]; N],
+            weight: &Lane,
+            project: bool,
+            upper: &mut [[[Lane; $d]; $d]],
+        ) {
+            $with!(self, law => law.element_stiffness_lanes(f, gradients, weight, project, upper));
+        }
+    };
+}
+pub(super) use handed_on;
+
 impl<const D: usize> Hyperelastic<D> for Solid {
-    fn requires_positive_j(&self) -> bool {
-        with_law!(self, law => Hyperelastic::<D>::requires_positive_j(law))
-    }
+    handed_on!(D, with_law);
+}
 
-    #[inline(always)]
-    fn energy_density(&self, f: &SMatrix<f64, D, D>) -> f64 {
-        with_law!(self, law => law.energy_density(f))
-    }
+/// As `with_law`, with the plane-stress law of the law in the variable.
+macro_rules! with_plane_law {
+    ($plane:expr, $law:ident => $body:expr) => {
+        with_law!($plane.solid, law => {
+            let $law = &PlaneStress::new(law);
+            $body
+        })
+    };
+}
 
-    #[inline(always)]
-    fn first_piola_kirchhoff(&self, f: &SMatrix<f64, D, D>) -> SMatrix<f64, D, D> {
-        with_law!(self, law => law.first_piola_kirchhoff(f))
-    }
+impl Hyperelastic<PLANE> for PlaneStress<Solid> {
+    handed_on!(PLANE, with_plane_law);
+}
 
-    fn stress_differential(&self, f: &SMatrix<f64, D, D>, df: &SMatrix<f64, D, D>) -> SMatrix<f64, D, D> {
-        with_law!(self, law => law.stress_differential(f, df))
-    }
-
-    fn tangent(&self, f: &SMatrix<f64, D, D>) -> Tangent<D> {
-        with_law!(self, law => law.tangent(f))
-    }
-
-    fn projected_tangent(&self, f: &SMatrix<f64, D, D>) -> Tangent<D> {
-        with_law!(self, law => law.projected_tangent(f))
-    }
-
-    fn element_stiffness<const N: usize>(
-        &self,
-        f: &SMatrix<f64, D, D>,
-        gradients: &[[f64; D]; N],
-        weight: f64,
-        upper: &mut [[[f64; D]; D]],
-    ) {
-        with_law!(self, law => law.element_stiffness(f, gradients, weight, upper));
-    }
-
-    #[inline(always)]
-    fn energy_lanes(&self, f: &[[Lane; D]; D]) -> Lane {
-        with_law!(self, law => law.energy_lanes(f))
-    }
-
-    #[inline(always)]
-    fn stress_lanes(&self, f: &[[Lane; D]; D]) -> [[Lane; D]; D] {
-        with_law!(self, law => law.stress_lanes(f))
-    }
-
-    #[inline(always)]
-    fn element_stiffness_lanes<const N: usize>(
-        &self,
-        f: &[[Lane; D]; D],
-        gradients: &[[Lane; D]; N],
-        weight: &Lane,
-        project: bool,
-        upper: &mut [[[Lane; D]; D]],
-    ) {
-        with_law!(self, law => law.element_stiffness_lanes(f, gradients, weight, project, upper));
+impl PlaneStress<Solid> {
+    /// Thickness stretch `q` at the in-plane deformation gradient `f`; not positive, or NaN, where there is none.
+    pub fn thickness_stretch(&self, f: &Matrix2<f64>) -> f64 {
+        with_plane_law!(self, law => law.thickness_stretch(f))
     }
 }

@@ -1,5 +1,6 @@
 //! St. Venant-Kirchhoff: linear elasticity in the Green strain.
 
+use super::lame::law_of_lame;
 use super::principal::{self, Curvature, Principal, projection_by_principal_stretches};
 use super::{Hyperelastic, Lame, MaterialError, Tangent, fill_upper, lane_by_lane, lane_gradients};
 use crate::lanes::{Lane, Pack, array_of, lane_matrix, matrix_of, pack};
@@ -19,25 +20,9 @@ pub struct StVenantKirchhoff {
     pub(super) lame: Lame,
 }
 
+law_of_lame!(StVenantKirchhoff);
+
 impl StVenantKirchhoff {
-    /// From Young's modulus (Pa, positive) and Poisson's ratio, `-1 < poisson < 0.5`.
-    ///
-    /// # Errors
-    /// [`MaterialError`] if a constant is out of range.
-    pub fn from_young_poisson(young: f64, poisson: f64) -> Result<Self, MaterialError> {
-        Ok(Self { lame: Lame::from_young_poisson(young, poisson)? })
-    }
-
-    /// From Lamé's constants.
-    pub fn from_lame(lame: Lame) -> Self {
-        Self { lame }
-    }
-
-    /// Lamé's constants.
-    pub fn lame(&self) -> Lame {
-        self.lame
-    }
-
     /// Second Piola-Kirchhoff stress `S = 2 mu G + lambda tr(G) I`, Pa.
     #[inline(always)]
     fn second_piola_kirchhoff<const D: usize>(&self, green: &SMatrix<f64, D, D>) -> SMatrix<f64, D, D> {
@@ -106,6 +91,18 @@ impl<const D: usize> Hyperelastic<D> for StVenantKirchhoff {
 }
 
 impl Principal for StVenantKirchhoff {
+    /// `mu/4 sum((s^2 - 1)^2) + lambda/8 sum(s^2 - 1)^2`.
+    #[inline(always)]
+    fn density<const D: usize, const L: usize>(&self, s: &[Pack<L>; D]) -> Pack<L> {
+        let trace = doubled_green_trace(s);
+        let mut energy = trace * trace * (0.125 * self.lame.lambda());
+        for s in s {
+            let strain = *s * *s - Pack::ONE;
+            energy += strain * strain * (0.25 * self.lame.mu());
+        }
+        energy
+    }
+
     /// `s_i (mu (s_i^2 - 1) + lambda/2 sum(s^2 - 1))`.
     #[inline(always)]
     fn gradient<const D: usize, const L: usize>(&self, s: &[Pack<L>; D]) -> [Pack<L>; D] {

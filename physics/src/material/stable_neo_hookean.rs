@@ -1,8 +1,8 @@
 //! A neo-Hookean solid that is defined under inversion.
 
 use super::contracted::{add_dyad, add_isotropic, add_volume_curvature, closed_or_principal, mapped};
-use super::corotated::finite_or_infinite;
-use super::principal::{self, Curvature, Elements, Principal, Products, methods_by_packs};
+use super::lame::law_of_lame;
+use super::principal::{self, Curvature, Elements, Principal, Products, finite_or_infinite, methods_by_packs};
 use super::{Hyperelastic, Lame, MaterialError, Tangent};
 use crate::lanes::{
     Lane, Pack, PackMatrix, array_of, cofactor, cofactor_differential, contract, determinant_by, lane_of, matrix_of,
@@ -24,25 +24,9 @@ pub struct StableNeoHookean {
     lame: Lame,
 }
 
+law_of_lame!(StableNeoHookean);
+
 impl StableNeoHookean {
-    /// From Young's modulus (Pa, positive) and Poisson's ratio, `-1 < poisson < 0.5`.
-    ///
-    /// # Errors
-    /// [`MaterialError`] if a constant is out of range.
-    pub fn from_young_poisson(young: f64, poisson: f64) -> Result<Self, MaterialError> {
-        Ok(Self { lame: Lame::from_young_poisson(young, poisson)? })
-    }
-
-    /// From Lamé's constants.
-    pub fn from_lame(lame: Lame) -> Self {
-        Self { lame }
-    }
-
-    /// Lamé's constants.
-    pub fn lame(&self) -> Lame {
-        self.lame
-    }
-
     /// `m = 4 mu/3`, Pa.
     #[inline(always)]
     fn shear(&self) -> f64 {
@@ -68,8 +52,14 @@ impl StableNeoHookean {
                 }
             }
         }
+        finite_or_infinite(self.of_invariants(stretch, dj))
+    }
+
+    /// `W` from `I - 3` and `J - 1`.
+    #[inline(always)]
+    fn of_invariants<const L: usize>(&self, stretch: Pack<L>, dj: Pack<L>) -> Pack<L> {
         let isochoric = stretch - (stretch * 0.25).map(f64::ln_1p);
-        finite_or_infinite((isochoric * 0.5 - dj * 0.75) * self.shear() + dj * dj * (0.5 * self.volume()))
+        (isochoric * 0.5 - dj * 0.75) * self.shear() + dj * dj * (0.5 * self.volume())
     }
 
     /// `dW/dI = a/2` and `dW/dJ = u` as `(a, u)`; also `1/(I + 1)`.
@@ -129,6 +119,16 @@ impl StableNeoHookean {
 }
 
 impl Principal for StableNeoHookean {
+    #[inline(always)]
+    fn density<const D: usize, const L: usize>(&self, s: &[Pack<L>; D]) -> Pack<L> {
+        let mut stretch = Pack::ZERO;
+        for s in s {
+            let h = *s - Pack::ONE;
+            stretch += h * h + h + h;
+        }
+        self.of_invariants(stretch, Products::of(s).j - Pack::ONE)
+    }
+
     #[inline(always)]
     fn gradient<const D: usize, const L: usize>(&self, s: &[Pack<L>; D]) -> [Pack<L>; D] {
         let products = Products::of(s);

@@ -21,7 +21,7 @@ pub(super) fn solve_linear<const D: usize, const N: usize, M: Hyperelastic<D>>(
     }
     #[cfg(feature = "direct")]
     if let StaticMethod::Direct(method) = settings.method {
-        return direct::solve(body, subspace, load, u, settings, method);
+        return direct::solve(body, subspace, load, u, settings, method, &mut ws.direct);
     }
     debug_assert!(settings.method == StaticMethod::Cg);
     let cg = CgSettings { stop: settings.stop, max_iterations: settings.max_iterations };
@@ -54,7 +54,7 @@ mod direct {
     /// Corrections of a factored solve; two do where the matrix is not hopeless.
     const MOST_CORRECTIONS: usize = 10;
 
-    /// By a factor of the stiffness on the subspace, refined to the tolerance.
+    /// By a factor of the stiffness on the subspace, whose size goes to `bytes`, refined to the tolerance.
     pub(in super::super) fn solve<const D: usize, const N: usize, M: Hyperelastic<D>>(
         body: &Body<D, N, M>,
         subspace: &Subspace<D>,
@@ -62,6 +62,7 @@ mod direct {
         u: &mut [f64],
         settings: &StaticSettings,
         method: Method,
+        bytes: &mut usize,
     ) -> Result<StaticReport, StaticError> {
         let a = body.stiffness();
         let symbolic = match method {
@@ -69,6 +70,7 @@ mod direct {
             _ => Symbolic::new(a, FillOrder::MinimumDegree)?,
         };
         let factor: Factor<D> = Factor::new(Arc::new(symbolic), method, a, subspace)?;
+        *bytes = factor.memory_bytes();
         let refinement = RefineSettings { stop: settings.stop, max_iterations: MOST_CORRECTIONS };
         let report = refine(a, &factor, subspace, load, u, &refinement, &mut RefineWorkspace::default())?;
         if report.stop == Stop::IterationLimit {

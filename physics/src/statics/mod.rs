@@ -35,6 +35,8 @@ pub struct StaticWorkspace<const D: usize> {
     lbfgs: LbfgsWorkspace,
     newton: NewtonWorkspace<D>,
     preconditioner: AnyPreconditioner<D>,
+    /// Bytes of the factor of the last direct solve, which is not kept.
+    direct: usize,
 }
 
 impl<const D: usize> StaticWorkspace<D> {
@@ -48,6 +50,18 @@ impl<const D: usize> StaticWorkspace<D> {
             newton: NewtonWorkspace::on(team),
             ..Self::default()
         }
+    }
+
+    /// Bytes that vectors, matrices and the preconditioner take, spare room included, and those of the factor of a direct solve.
+    #[must_use]
+    pub fn memory_bytes(&self) -> usize {
+        self.cg.memory_bytes()
+            + self.frozen.memory_bytes()
+            + self.nonlinear.memory_bytes()
+            + self.lbfgs.memory_bytes()
+            + self.newton.memory_bytes()
+            + self.preconditioner.memory_bytes()
+            + self.direct
     }
 }
 

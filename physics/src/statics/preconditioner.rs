@@ -38,6 +38,19 @@ impl<const D: usize> AnyPreconditioner<D> {
         self.kind = Some(kind);
     }
 
+    /// Bytes of all that it has been.
+    pub fn memory_bytes(&self) -> usize {
+        let iterated = self.jacobi.memory_bytes()
+            + self.block_jacobi.memory_bytes()
+            + self.ssor.memory_bytes()
+            + self.incomplete_cholesky.memory_bytes()
+            + self.chebyshev.memory_bytes()
+            + self.aggregation.memory_bytes();
+        #[cfg(feature = "direct")]
+        let iterated = iterated + self.factor.as_ref().map_or(0, Factor::memory_bytes);
+        iterated
+    }
+
     /// Follows a matrix.
     pub fn rebuild(&mut self, a: &BlockCsr<D>, w: &Subspace<D>) -> Result<(), PreconditionerError> {
         match self.kind.unwrap_or(Preconditioning::None) {

@@ -16,6 +16,7 @@ mod material_derivatives;
 mod material_inversion;
 mod material_points;
 mod patch;
+mod plane_stress;
 mod regions;
 mod slab_load;
 mod solid_loads;

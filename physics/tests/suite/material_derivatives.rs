@@ -49,13 +49,13 @@ macro_rules! each_2d {
 }
 
 /// Random matrices `I + H` with entries of `H` up to `size`.
-fn gradient<const D: usize>(size: f64) -> impl Strategy<Value = SMatrix<f64, D, D>> {
+pub fn gradient<const D: usize>(size: f64) -> impl Strategy<Value = SMatrix<f64, D, D>> {
     prop::collection::vec(-size..size, D * D)
         .prop_map(|h| SMatrix::<f64, D, D>::identity() + SMatrix::<f64, D, D>::from_column_slice(&h))
 }
 
 /// Random directions of norm one.
-fn direction<const D: usize>() -> impl Strategy<Value = SMatrix<f64, D, D>> {
+pub fn direction<const D: usize>() -> impl Strategy<Value = SMatrix<f64, D, D>> {
     prop::collection::vec(-1.0..1.0f64, D * D)
         .prop_map(|h| SMatrix::<f64, D, D>::from_column_slice(&h))
         .prop_filter("a direction", |h| h.norm() > 0.1)
@@ -73,7 +73,7 @@ fn order_is_two(remainder: impl Fn(f64) -> f64) -> bool {
     falls(1e-3) || falls(1e-4)
 }
 
-fn taylor<const D: usize>(
+pub fn taylor<const D: usize>(
     m: &impl Hyperelastic<D>,
     name: &str,
     f: &SMatrix<f64, D, D>,
@@ -106,7 +106,7 @@ fn taylor<const D: usize>(
 }
 
 /// `P(I) = 0`, and for nonlinear laws `P(R F) = R P(F)`, `W(R F) = W(F)`.
-fn objective<const D: usize, M: Hyperelastic<D>>(
+pub fn objective<const D: usize, M: Hyperelastic<D>>(
     m: &M,
     name: &str,
     f: &SMatrix<f64, D, D>,
@@ -126,7 +126,7 @@ fn objective<const D: usize, M: Hyperelastic<D>>(
 }
 
 /// The closed form of the element stiffness against the contraction of the tangent.
-fn closed_stiffness<const D: usize, const N: usize>(
+pub fn closed_stiffness<const D: usize, const N: usize>(
     m: &impl Hyperelastic<D>,
     name: &str,
     f: &SMatrix<f64, D, D>,
@@ -170,7 +170,7 @@ fn projection<const D: usize>(
 }
 
 /// Triangles and tetrahedra of any shape: the last `N - 1` gradients are free, the first makes their sum zero.
-fn shape_gradients<const D: usize, const N: usize>(rows: &SMatrix<f64, D, D>) -> [[f64; D]; N] {
+pub fn shape_gradients<const D: usize, const N: usize>(rows: &SMatrix<f64, D, D>) -> [[f64; D]; N] {
     let mut g = [[0.0; D]; N];
     for a in 1..N {
         for i in 0..D {
@@ -182,7 +182,7 @@ fn shape_gradients<const D: usize, const N: usize>(rows: &SMatrix<f64, D, D>) ->
 }
 
 /// The analytic projection is the numeric one.
-fn analytic_projection<const D: usize>(
+pub fn analytic_projection<const D: usize>(
     m: &impl Hyperelastic<D>,
     name: &str,
     f: &SMatrix<f64, D, D>,
@@ -199,7 +199,7 @@ fn analytic_projection<const D: usize>(
 }
 
 /// Groups of elements give the bits of single ones, whatever stands in the other lanes.
-fn groups<const D: usize, const N: usize>(
+pub fn groups<const D: usize, const N: usize>(
     m: &impl Hyperelastic<D>,
     name: &str,
     f: &[SMatrix<f64, D, D>; LANES],
@@ -310,9 +310,9 @@ fn solid_gradient(f: &Matrix2<f64>, q: f64) -> Matrix3<f64> {
     Matrix3::new(f[(0, 0)], f[(0, 1)], 0.0, f[(1, 0)], f[(1, 1)], 0.0, 0.0, 0.0, q)
 }
 
-type Stretch<P> = fn(&P, &Matrix2<f64>) -> f64;
+pub type Stretch<P> = fn(&P, &Matrix2<f64>) -> f64;
 
-fn plane_laws<M: Hyperelastic<3> + Hyperelastic<2>, P: Hyperelastic<2>>(
+pub fn plane_laws<M: Hyperelastic<3> + Hyperelastic<2>, P: Hyperelastic<2>>(
     solid: &M,
     f: &Matrix2<f64>,
     thin: impl Fn(&M) -> (P, Stretch<P>),

@@ -3,6 +3,7 @@
 use super::krylov::{KrylovReport, KrylovSettings, UNDERFLOW, VERIFY_BELOW, not_positive};
 use super::passes::{self, Vectors};
 use crate::LinearOperator;
+use crate::memory::bytes_of_all;
 use crate::precondition::Preconditioner;
 use crate::stop::{Stop, StopRule, StopRuleError};
 use crate::subspace::Subspace;
@@ -123,6 +124,12 @@ impl CgWorkspace {
         self.z.resize(if needs_z { n } else { 0 }, 0.0);
         self.reaction.resize(constrained, 0.0);
         self.q_reaction.resize(constrained, 0.0);
+    }
+
+    /// Bytes that it keeps, spare room included.
+    #[must_use]
+    pub fn memory_bytes(&self) -> usize {
+        bytes_of_all([&self.r, &self.p, &self.q, &self.z, &self.best, &self.reaction, &self.q_reaction])
     }
 }
 

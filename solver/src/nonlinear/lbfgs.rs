@@ -5,6 +5,7 @@ mod pairs;
 use super::line_search::{Idle, Line, LineSearch, StrongWolfe, Trial, advance};
 use super::progress::{Counts, NonlinearError, NonlinearReport, Problem, positive};
 use crate::energy::Energy;
+use crate::memory::bytes_of_all;
 use crate::precondition::Preconditioner;
 use crate::stop::{Stop, StopRule};
 use crate::subspace::Subspace;
@@ -86,6 +87,15 @@ impl LbfgsWorkspace {
         }
         reaction.resize(constrained, 0.0);
         trial_reaction.resize(constrained, 0.0);
+    }
+
+    /// Bytes that it keeps, spare room included.
+    #[must_use]
+    pub fn memory_bytes(&self) -> usize {
+        let own = [&self.g, &self.reaction, &self.d, &self.z];
+        bytes_of_all(own)
+            + bytes_of_all([&self.trial_x, &self.trial_g, &self.trial_reaction])
+            + self.pairs.memory_bytes()
     }
 }
 

@@ -11,6 +11,7 @@ use super::progress::{Counts, NonlinearError, NonlinearReport, Problem};
 use super::truncated_cg::{self, Broken, Outcome, System, Vectors};
 use crate::LinearOperator;
 use crate::energy::BlockHessian;
+use crate::memory::bytes_of_all;
 use crate::precondition::{BlockJacobi, Identity, Jacobi};
 use crate::sparse::BlockCsr;
 use crate::stop::{Stop, StopRule};
@@ -138,6 +139,13 @@ impl<const B: usize> NewtonWorkspace<B> {
         }
         self.reaction.resize(constrained, 0.0);
         self.trial_reaction.resize(constrained, 0.0);
+    }
+
+    /// Bytes that it keeps, spare room included.
+    #[must_use]
+    pub fn memory_bytes(&self) -> usize {
+        let own = [&self.g, &self.reaction, &self.trial_x, &self.trial_g, &self.trial_reaction];
+        bytes_of_all(own) + self.inner.memory_bytes() + self.jacobi.memory_bytes() + self.block_jacobi.memory_bytes()
     }
 }
 

@@ -1,6 +1,7 @@
 //! The linear solve inside Newton's method: conjugate gradients from zero that stop at negative curvature.
 
 use crate::LinearOperator;
+use crate::memory::bytes_of_all;
 use crate::precondition::Preconditioner;
 use crate::subspace::Subspace;
 use crate::team::Team;
@@ -22,6 +23,11 @@ impl Vectors {
         for v in [step, r, p, q, z] {
             v.resize(n, 0.0);
         }
+    }
+
+    /// Bytes that it keeps, spare room included.
+    pub fn memory_bytes(&self) -> usize {
+        bytes_of_all([&self.step, &self.r, &self.p, &self.q, &self.z])
     }
 }
 

@@ -3,6 +3,7 @@
 use super::restricted::{check_node, check_shape, restricted_inverse};
 use super::{PreconditionRows, Preconditioner, PreconditionerError};
 use crate::Block;
+use crate::memory::bytes_of;
 use crate::real::Real;
 use crate::sparse::BlockCsr;
 use crate::subspace::Subspace;
@@ -118,6 +119,12 @@ impl<const B: usize, T: Real> BlockJacobi<B, T> {
     #[must_use]
     pub fn inverse(&self, node: usize) -> &Block<B, T> {
         &self.inverses[node]
+    }
+
+    /// Bytes that it keeps, spare room included.
+    #[must_use]
+    pub fn memory_bytes(&self) -> usize {
+        bytes_of(&self.inverses)
     }
 }
 

@@ -92,6 +92,12 @@ impl<const B: usize> Chebyshev<B> {
     pub fn upper(&self) -> f64 {
         self.polynomial.upper
     }
+
+    /// Bytes that it keeps, spare room included.
+    #[must_use]
+    pub fn memory_bytes(&self) -> usize {
+        self.a.memory_bytes() + self.scratch.lock().memory_bytes()
+    }
 }
 
 impl<const B: usize> Preconditioner for Chebyshev<B> {

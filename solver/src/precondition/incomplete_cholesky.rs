@@ -4,6 +4,7 @@ use super::projected::Projected;
 use super::restricted::{product, restricted_inverse};
 use super::{Preconditioner, PreconditionerError};
 use crate::Block;
+use crate::memory::{bytes_of, bytes_of_all};
 use crate::sparse::{BlockCsr, Rows};
 use crate::subspace::Subspace;
 use crate::team::Team;
@@ -112,6 +113,15 @@ impl<const B: usize> IncompleteCholesky<B> {
             inverses[i] = restricted_inverse(&pivot, &a.constraints[i]).map_err(|pivot| (i, pivot))?;
         }
         Ok(())
+    }
+
+    /// Bytes that it keeps, spare room included.
+    #[must_use]
+    pub fn memory_bytes(&self) -> usize {
+        self.a.memory_bytes()
+            + bytes_of(&self.starts)
+            + bytes_of(&self.cols)
+            + bytes_of_all([&self.g, &self.inverses, &self.row])
     }
 }
 

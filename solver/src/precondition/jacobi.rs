@@ -3,6 +3,7 @@
 use super::restricted::{check_node, check_shape, restricted_inverse};
 use super::{PreconditionRows, Preconditioner, PreconditionerError};
 use crate::Block;
+use crate::memory::bytes_of;
 use crate::sparse::BlockCsr;
 use crate::subspace::{Constraint, Subspace};
 
@@ -90,6 +91,12 @@ impl<const B: usize> Jacobi<B> {
             (Err(_), false) => {}
         }
         Ok(())
+    }
+
+    /// Bytes that it keeps, spare room included.
+    #[must_use]
+    pub fn memory_bytes(&self) -> usize {
+        bytes_of(&self.inverses) + bytes_of(&self.constrained)
     }
 }
 

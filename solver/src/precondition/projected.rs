@@ -2,6 +2,7 @@
 
 use super::PreconditionerError;
 use super::restricted::{check_shape, restricted_inverse};
+use crate::memory::bytes_of;
 use crate::real::Real;
 use crate::sparse::{BlockCsr, Frozen, Rows, SparseError};
 use crate::subspace::{Constraint, Subspace};
@@ -187,6 +188,16 @@ impl<const B: usize, T: Real> Projected<B, T> {
         });
         parts.into_iter().try_for_each(|(_, outcome)| outcome)
     }
+
+    /// Bytes that it keeps, spare room included.
+    pub fn memory_bytes(&self) -> usize {
+        self.edited.memory_bytes()
+            + bytes_of(&self.inverses)
+            + bytes_of(&self.constraints)
+            + bytes_of(&self.starts)
+            + bytes_of(&self.cols)
+            + bytes_of(&self.row)
+    }
 }
 
 /// Refuses a number that is not finite, wherever it stands: behind a constraint it would be lost.
@@ -239,6 +250,11 @@ impl<const B: usize, T: Real> ProjectedOperator<B, T> {
                 *v = constraint.project(v.map(T::to_f64)).map(T::from_f64);
             }
         }
+    }
+
+    /// Bytes that it keeps, spare room included.
+    pub fn memory_bytes(&self) -> usize {
+        self.projected.memory_bytes() + self.frozen.memory_bytes()
     }
 }
 

@@ -3,6 +3,7 @@
 use super::block_jacobi::multiply;
 use super::projected::ProjectedOperator;
 use crate::LinearOperator;
+use crate::memory::bytes_of_all;
 use crate::real::Real;
 use crate::team::Team;
 
@@ -20,6 +21,13 @@ pub(super) struct Vectors<T = f64> {
     pub q: Vec<T>,
     /// A preconditioned residual, or a correction.
     pub z: Vec<T>,
+}
+
+impl<T> Vectors<T> {
+    /// Bytes that they take, spare room included.
+    pub fn memory_bytes(&self) -> usize {
+        bytes_of_all([&self.r, &self.d, &self.q, &self.z])
+    }
 }
 
 impl<T: Real> Vectors<T> {

@@ -10,6 +10,7 @@ use super::projected::Projected;
 use super::scratch::Scratch;
 use super::{Preconditioner, PreconditionerError};
 use crate::Block;
+use crate::memory::{bytes_of, bytes_of_all};
 use crate::sparse::{BlockCsr, Rows};
 use crate::subspace::Subspace;
 use crate::team::Team;
@@ -240,6 +241,13 @@ impl<const B: usize> Ssor<B> {
             shared[range.clone()].copy_from_slice(&z[range]);
         }
     }
+
+    /// Bytes that it keeps, spare room included.
+    #[must_use]
+    pub fn memory_bytes(&self) -> usize {
+        let domains = bytes_of(&self.domains) + bytes_of(&self.colours) + bytes_of(&self.shared.lock());
+        self.a.memory_bytes() + domains + self.before.memory_bytes() + self.after.memory_bytes()
+    }
 }
 
 fn domain_of(domains: &[Range<usize>], node: usize) -> usize {
@@ -270,6 +278,11 @@ impl<const B: usize> Half<B> {
         add(self.starts[i]..self.inside[i], shared, 0);
         add(self.inside[i]..self.starts[i + 1], own, first);
         sums.map(|row| row[1..].iter().fold(row[0], |sum, term| sum + term))
+    }
+
+    /// Bytes that it keeps, spare room included.
+    fn memory_bytes(&self) -> usize {
+        bytes_of_all([&self.starts, &self.inside]) + bytes_of(&self.cols) + bytes_of(&self.vals)
     }
 }
 

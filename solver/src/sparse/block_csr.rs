@@ -4,6 +4,7 @@ mod parts;
 
 use super::arena::{Arena, Slot};
 use crate::Block;
+use crate::memory::bytes_of;
 pub use parts::RowsMut;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -310,6 +311,12 @@ impl<const B: usize> BlockCsr<B> {
         let range = self.slots.get(i)?.range();
         let at = self.cols[range.clone()].binary_search(&u32::try_from(j).ok()?);
         at.ok().map(|at| range.start + at)
+    }
+
+    /// Bytes that it keeps, spare room included.
+    #[must_use]
+    pub fn memory_bytes(&self) -> usize {
+        bytes_of(&self.slots) + bytes_of(&self.cols) + bytes_of(&self.vals) + bytes_of(&self.stamps)
     }
 }
 

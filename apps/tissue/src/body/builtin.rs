@@ -2,9 +2,10 @@
 
 use super::geometry::{AnyGeometry, Geometry};
 use super::keys::TABLE;
+use super::law::Law;
 use super::material::all_linear;
 use super::run::{APP, Run, SavedRun};
-use super::scene::{PreconditionerKind, Scene, Shape};
+use super::scene::{PlaneKind, PreconditionerKind, Scene, Shape};
 use super::setup::Setup;
 use crate::error::RunError;
 use crate::scenario::Scenario;
@@ -12,8 +13,10 @@ use crate::simulation::Simulation;
 use crate::source::{BuiltIn, Source};
 use crate::stages::{Stage, Stages};
 use crate::state::{Saved, check_same_scene};
+use std::convert::identity;
+use std::sync::Arc;
 use std::time::Instant;
-use stylet_physics::material::{Hyperelastic, Linear, Solid};
+use stylet_physics::material::{Hyperelastic, Linear, Plane, PlaneStress, Solid};
 
 /// The scenes of bodies that come with the program.
 pub const SCENES: &[BuiltIn] = &[
@@ -66,6 +69,10 @@ pub fn open(source: &Source, assignments: &[String]) -> Result<Opened, RunError>
     let since = Instant::now();
     let geometry = AnyGeometry::of(&scene)?;
     stages.lap(Stage::Mesh, since);
+    if scene.material.plane.is_some() && matches!(geometry, AnyGeometry::Space(_)) {
+        let reason = "material.plane: found in three dimensions, expected a mesh in the plane".to_owned();
+        return Err(RunError::Inconsistent { source_name: source.label.clone(), reason });
+    }
     let opened = Opened { scene, geometry, stages };
     // Places, loads and supports are input too: what is wrong with them is said before a run begins.
     match &opened.geometry {
@@ -106,30 +113,35 @@ fn check(scene: &Scene) -> Result<(), String> {
 impl Opened {
     fn run(&self, threads: usize, saved: Option<SavedRun>) -> Result<Box<dyn Simulation>, RunError> {
         match &self.geometry {
-            AnyGeometry::Plane(geometry) => self.run_in(geometry, threads, saved),
-            AnyGeometry::Space(geometry) => self.run_in(geometry, threads, saved),
+            AnyGeometry::Plane(geometry) => {
+                let strain = self.scene.material.plane == Some(PlaneKind::Strain);
+                let linear = |law: Linear| across(strain, law);
+                self.run_in(geometry, linear, |law: Solid| across(strain, law), threads, saved)
+            }
+            AnyGeometry::Space(geometry) => {
+                self.run_in(geometry, identity::<Linear>, identity::<Solid>, threads, saved)
+            }
         }
     }
 
     /// The material is looked at once, here; everything below is compiled for it.
-    fn run_in<const D: usize, const N: usize>(
+    fn run_in<const D: usize, const N: usize, L: Law<D> + 'static, S: Law<D> + 'static>(
         &self,
-        geometry: &Geometry<D, N>,
+        geometry: &Arc<Geometry<D, N>>,
+        linear: impl Fn(Linear) -> L,
+        solid: impl Fn(Solid) -> S,
         threads: usize,
         saved: Option<SavedRun>,
-    ) -> Result<Box<dyn Simulation>, RunError>
-    where
-        Linear: Hyperelastic<D>,
-        Solid: Hyperelastic<D>,
-    {
+    ) -> Result<Box<dyn Simulation>, RunError> {
         let mut stages = self.stages;
         let setup = Setup::new(&self.scene, geometry, &mut stages)?;
-        let geometry = geometry.clone();
+        let geometry = Arc::clone(geometry);
         if let Some(laws) = all_linear(&setup.tissues) {
+            let laws: Vec<(u32, L)> = laws.into_iter().map(|(region, law)| (region, linear(law))).collect();
             return Ok(Box::new(Run::open(&self.scene, geometry, setup, &laws, threads, saved, stages)?));
         }
-        let laws: Vec<(u32, Solid)> =
-            setup.tissues.iter().enumerate().map(|(region, tissue)| (region as u32, tissue.law)).collect();
+        let laws: Vec<(u32, S)> =
+            setup.tissues.iter().enumerate().map(|(region, tissue)| (region as u32, solid(tissue.law))).collect();
         Ok(Box::new(Run::open(&self.scene, geometry, setup, &laws, threads, saved, stages)?))
     }
 }
@@ -182,6 +194,11 @@ impl Scenario for Opened {
         let solver = &self.scene.solver;
         format!("solver.tolerance = {:e} within solver.max_iterations = {}", solver.tolerance, solver.max_iterations)
     }
+}
+
+/// A law with what holds across the plane.
+fn across<M>(strain: bool, law: M) -> Plane<M> {
+    if strain { Plane::Strain(law) } else { Plane::Stress(PlaneStress::new(law)) }
 }
 
 /// Whether the undeformed body holds a point.

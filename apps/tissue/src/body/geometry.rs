@@ -2,7 +2,11 @@
 
 use super::scene::{MeshStage, Scene};
 use crate::error::RunError;
+use crate::state::Checksum;
+use serde::{Deserialize, Serialize};
+use std::fmt;
 use std::path::Path;
+use std::sync::Arc;
 use stylet_mesh::check::{RepairSettings, repair};
 use stylet_mesh::generate::kuhn_box;
 use stylet_mesh::import::{FacetTag, Imported, export};
@@ -28,11 +32,25 @@ pub(super) struct Geometry<const D: usize, const N: usize> {
     pub bounds: [[f64; D]; 2],
 }
 
+/// What a mesh was made of, in short.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
+pub(super) struct Fingerprint {
+    points: usize,
+    cells: usize,
+    checksum: u64,
+}
+
+impl fmt::Display for Fingerprint {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} points and {} cells (checksum {:016x})", self.points, self.cells, self.checksum)
+    }
+}
+
 /// A mesh in the plane or in space.
 #[derive(Clone, Debug)]
 pub(super) enum AnyGeometry {
-    Plane(Geometry<2, 3>),
-    Space(Geometry<3, 4>),
+    Plane(Arc<Geometry<2, 3>>),
+    Space(Arc<Geometry<3, 4>>),
 }
 
 impl AnyGeometry {
@@ -49,8 +67,8 @@ impl AnyGeometry {
             refuse(text.strip_prefix(&named).unwrap_or(&text).to_owned())
         })?;
         match (data.dimension, data.largest_simplex()) {
-            (2, 3) => Geometry::new(scene, data, &path).map(Self::Plane),
-            (3, 4) => Geometry::new(scene, data, &path).map(Self::Space),
+            (2, 3) => Geometry::new(scene, data, &path).map(|geometry| Self::Plane(Arc::new(geometry))),
+            (3, 4) => Geometry::new(scene, data, &path).map(|geometry| Self::Space(Arc::new(geometry))),
             (d, n) => {
                 let found = ["no cells", "points alone", "segments", "a surface"].get(n).unwrap_or(&"other cells");
                 Err(refuse(format!("found {found} in {d} dimensions, expected triangles in the plane or tetrahedra")))
@@ -61,8 +79,8 @@ impl AnyGeometry {
     fn made(scene: &Scene) -> Result<Self, RunError> {
         let refuse = |reason: String| RunError::Inconsistent { source_name: scene.label.clone(), reason };
         match scene.mesh.size.len() {
-            2 => Ok(Self::Plane(boxed(scene).map_err(refuse)?)),
-            _ => Ok(Self::Space(boxed(scene).map_err(refuse)?)),
+            2 => Ok(Self::Plane(Arc::new(boxed(scene).map_err(refuse)?))),
+            _ => Ok(Self::Space(Arc::new(boxed(scene).map_err(refuse)?))),
         }
     }
 }
@@ -123,6 +141,33 @@ impl<const D: usize, const N: usize> Geometry<D, N> {
             }
         }
         Ok(Self { mesh: imported.mesh, data: file, tags: imported.tags, vertex_of_point, bounds })
+    }
+
+    /// What the mesh was made of, in short: another file has another one.
+    pub fn fingerprint(&self) -> Fingerprint {
+        let coordinates = self.data.points.iter().flatten().flat_map(|x| x.to_bits().to_le_bytes());
+        let mut cells = 0;
+        let mut checksum = Checksum::default().and(coordinates);
+        for block in &self.data.blocks {
+            cells += if block.vertices_per_cell == N { block.regions.len() } else { 0 };
+            let numbers = block.vertices.iter().flat_map(|v| v.to_le_bytes());
+            checksum = checksum.and([block.vertices_per_cell as u8]).and(numbers);
+            checksum = checksum.and(block.regions.iter().flat_map(|region| region.to_le_bytes()));
+        }
+        for named in &self.data.region_names {
+            checksum = checksum.and(named.region.to_le_bytes()).and(named.name.bytes());
+        }
+        Fingerprint { points: self.data.points.len(), cells, checksum: checksum.value() }
+    }
+
+    /// Bytes that all of it takes, spare room included.
+    pub fn memory_bytes(&self) -> usize {
+        let blocks: usize = self.data.blocks.iter().map(|b| 4 * (b.vertices.capacity() + b.regions.capacity())).sum();
+        self.mesh.bytes()
+            + self.data.points.capacity() * size_of::<[f64; 3]>()
+            + blocks
+            + self.tags.capacity() * size_of::<FacetTag>()
+            + self.vertex_of_point.capacity() * size_of::<Option<VertexId>>()
     }
 
     /// The largest extent, m.

@@ -45,7 +45,7 @@ macro_rules! rows {
 
 const STAGES: &[Stage<Scene>] = &[
     Stage::optional("mesh", "a box of right simplices, or a file", |_| {}),
-    Stage::optional("material", "what is in no [[region]]; in two dimensions in plane strain", |_| {}),
+    Stage::optional("material", "what is in no [[region]]", |_| {}),
     Stage::optional("statics", "the body comes to rest; instead of [time]", |s| {
         statics(s);
     }),
@@ -87,6 +87,9 @@ pub const TABLE: Table<Scene> = Table {
             float: |s| s.material.poisson, |s| Some(Value::Float(s.material.poisson))),
         key!("material.density", DENSITY, "kg/m^3", "1000.0", "density, for gravity and motion",
             float: |s| s.material.density, |s| Some(Value::Float(s.material.density))),
+        key!("material.plane", &["stress", "strain"], "\"stress\"",
+            "in two dimensions only: stress for a thin sheet, whose thickness adjusts, strain for a slice of a long body; the same for all regions",
+            PlaneKind: |s| s.material.plane, |s| s.material.plane.and_then(PlaneKind::write)),
         rows!("region", REGION, "a material of its own, later rows over earlier ones", regions, material::check_row),
         rows!(
             "constraint",

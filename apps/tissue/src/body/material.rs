@@ -38,6 +38,7 @@ pub(super) fn tissues(scene: &Scene) -> Result<Vec<Tissue>, String> {
             young: number("young", base.young),
             poisson: number("poisson", base.poisson),
             density: number("density", base.density),
+            plane: base.plane,
         };
         tissues.push(tissue(&own).map_err(|reason| format!("region (row {}): {reason}", index + 1))?);
     }
@@ -45,7 +46,7 @@ pub(super) fn tissues(scene: &Scene) -> Result<Vec<Tissue>, String> {
 }
 
 fn tissue(stage: &MaterialStage) -> Result<Tissue, String> {
-    let MaterialStage { model, young, poisson, density } = stage.clone();
+    let MaterialStage { model, young, poisson, density, .. } = stage.clone();
     let law = Solid::from_young_poisson(&model, young, poisson).map_err(|e| e.to_string())?;
     Ok(Tissue { law, model, young, poisson, density })
 }

@@ -11,6 +11,7 @@ mod constraint;
 mod frames;
 mod geometry;
 pub mod keys;
+mod law;
 mod load;
 mod material;
 mod picture;

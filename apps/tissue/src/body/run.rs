@@ -1,6 +1,7 @@
 //! A running scene of a body: one static solve, or time steps.
 
-use super::geometry::Geometry;
+use super::geometry::{Fingerprint, Geometry};
+use super::law::Law;
 use super::material::Tissue;
 use super::scene::{MassWord, Method, NewtonKind, PreconditionerKind, Scene, SchemeKind, TimeStage};
 use super::setup::Setup;
@@ -13,13 +14,13 @@ use crate::state::Saved;
 use crate::summary::{BodySummary, Bytes, Probe, QualitySummary, SolverSummary, Summary};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Instant;
-use stylet_mesh::quality;
+use stylet_mesh::{CellId, quality};
 use stylet_physics::body::{Body, Density, MassKind};
 use stylet_physics::dynamics::{
     Adaptive, Damping, Drive, DynamicsSettings, Integrator, Scheme, Solution, State as Motion,
 };
-use stylet_physics::material::Hyperelastic;
 use stylet_physics::statics::{
     Preconditioning, StaticMethod, StaticSettings, StaticWorkspace, inverted_cells, solve_static_program,
 };
@@ -43,6 +44,7 @@ const ROUND_OFF_IN_MOTION: f64 = 1e-8;
 #[derive(Clone, Serialize, Deserialize)]
 pub(super) struct SavedRun {
     pub toml: String,
+    mesh: Fingerprint,
     motion: Motion,
     measures: Measures,
     solved: bool,
@@ -64,9 +66,9 @@ struct Measures {
 }
 
 /// A running scene of one material type.
-pub(super) struct Run<const D: usize, const N: usize, M: Hyperelastic<D>> {
+pub(super) struct Run<const D: usize, const N: usize, M: Law<D>> {
     scene: Scene,
-    geometry: Geometry<D, N>,
+    geometry: Arc<Geometry<D, N>>,
     setup: Setup<D>,
     body: Body<D, N, M>,
     /// `u` at rest; `u`, `v`, `a` in motion.
@@ -75,20 +77,22 @@ pub(super) struct Run<const D: usize, const N: usize, M: Hyperelastic<D>> {
     team: Team,
     measures: Measures,
     solved: bool,
+    /// Bytes that the workspace of the static solve took.
+    static_bytes: usize,
     stages: Stages,
     threads: usize,
     wall: f64,
     first_step: usize,
 }
 
-impl<const D: usize, const N: usize, M: Hyperelastic<D>> Run<D, N, M> {
+impl<const D: usize, const N: usize, M: Law<D>> Run<D, N, M> {
     /// A scene at its start, or where a run was saved.
     ///
     /// # Errors
     /// [`RunError`] if a layer below refuses.
     pub fn open(
         scene: &Scene,
-        geometry: Geometry<D, N>,
+        geometry: Arc<Geometry<D, N>>,
         setup: Setup<D>,
         laws: &[(u32, M)],
         threads: usize,
@@ -97,6 +101,14 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Run<D, N, M> {
     ) -> Result<Self, RunError> {
         let began = Instant::now();
         let refuse = |reason: String| RunError::Inconsistent { source_name: scene.label.clone(), reason };
+        if let Some(saved) = &saved {
+            let (found, expected) = (saved.mesh, geometry.fingerprint());
+            if found != expected {
+                let reason =
+                    format!("found the state of a mesh of {found}, expected {expected}, the mesh of this scene");
+                return Err(RunError::State { path: "state".to_owned(), reason });
+            }
+        }
         let mut body = Body::with_materials(&geometry.mesh, laws, scene.mesh.thickness)
             .map_err(|e| refuse(format!("body: {e}")))?;
         body.set_threads(threads);
@@ -133,11 +145,6 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Run<D, N, M> {
         }
         let (mut measures, mut solved) = (Measures::default(), false);
         if let Some(saved) = saved {
-            if saved.motion.u.len() != motion.u.len().max(D * geometry.mesh.n_vertex_slots()) {
-                let (found, expected) = (saved.motion.u.len() / D, geometry.mesh.n_vertex_slots());
-                let reason = format!("found the state of a mesh with {found} nodes, expected {expected}");
-                return Err(RunError::State { path: "state".to_owned(), reason });
-            }
             (motion, measures, solved) = (saved.motion, saved.measures, saved.solved);
         }
         let wall = began.elapsed().as_secs_f64();
@@ -151,6 +158,7 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Run<D, N, M> {
             team,
             measures,
             solved,
+            static_bytes: 0,
             stages,
             threads,
             wall,
@@ -200,6 +208,7 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Run<D, N, M> {
         };
         let mut workspace = StaticWorkspace::on(&self.team);
         let result = solve_static_program(body, &subspace, &mut program, &mut motion.u, &settings, &mut workspace);
+        self.static_bytes = workspace.memory_bytes();
         let since = self.stages.lap(Stage::Solve, since);
         match result {
             Ok(report) => {
@@ -241,6 +250,10 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Run<D, N, M> {
         let step = self.motion.step as usize + 1;
         let subspace = self.setup.subspace(&self.geometry, self.motion.t);
         let mut drive = drive(&self.setup, self.geometry.mesh.points(), time);
+        if time.adaptive > 0.0 {
+            // Steps of one length end where they end; those that adapt, at the end of the run.
+            self.motion.dt = self.motion.dt.min(time.end - self.motion.t);
+        }
         let result = integrator.step(&mut self.body, &subspace, &mut drive, &mut self.motion);
         self.stages.lap(Stage::Solve, since);
         let report = result.map_err(|error| {
@@ -276,7 +289,8 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Run<D, N, M> {
         let vectors = (self.motion.u.capacity() + self.motion.v.capacity() + self.motion.a.capacity()) * 8;
         let loads: usize = self.setup.forces.iter().map(|force| force.nodal.capacity() * 8).sum();
         let matrices = self.integrator.as_ref().map_or(0, Integrator::memory_bytes);
-        let total = self.geometry.mesh.bytes() + self.body.memory_bytes() + vectors + loads + matrices;
+        let solver = matrices + self.static_bytes;
+        let total = self.geometry.memory_bytes() + self.body.memory_bytes() + vectors + loads + solver;
         Bytes { total, per_element: total as f64 / self.geometry.mesh.n_cells().max(1) as f64 }
     }
 
@@ -286,7 +300,8 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Run<D, N, M> {
         for cell in mesh.cells() {
             let own = mesh.volume(cell) * self.scene.mesh.thickness;
             rest += own;
-            volume += own * self.body.jacobian(cell, u).unwrap_or(f64::NAN);
+            volume +=
+                own * self.body.jacobian(cell, u).unwrap_or(f64::NAN) * self.thickness_stretch(cell).unwrap_or(1.0);
             for v in mesh.cell(cell) {
                 (0..D).for_each(|k| mean[k] += own * u[D * v.index() + k] / N as f64);
             }
@@ -308,8 +323,25 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Run<D, N, M> {
             load_steps: measures.load_steps,
             failed_steps: measures.failed,
             elements_linearized: if M::IS_LINEAR { 0 } else { self.body.elements_linearized() },
-            warnings: self.setup.warnings.clone(),
+            warnings: self.setup.warnings.iter().cloned().chain(self.lost_thickness()).collect(),
         }
+    }
+
+    /// Stretch of the thickness of a cell in plane stress.
+    fn thickness_stretch(&self, cell: CellId) -> Option<f64> {
+        thickness_stretch(&self.body, cell, &self.motion.u)
+    }
+
+    /// Triangles in plane stress of which no thickness is left: what their material is not made for.
+    fn lost_thickness(&self) -> Option<String> {
+        let lost = |cell: &CellId| self.thickness_stretch(*cell).is_some_and(|q| q.is_nan() || q <= 0.0);
+        let cells: Vec<CellId> = self.geometry.mesh.cells().filter(lost).collect();
+        let first = cells.first()?.0;
+        Some(format!(
+            "material.plane: found {} elements (the first is {first}) stretched until no thickness is left, in which no \
+             positive stretch of it frees them of stress across the plane; expected smaller strains or another material.model",
+            cells.len(),
+        ))
     }
 
     fn displacement_at(&self, at: &[f64]) -> Vec<f64> {
@@ -319,6 +351,15 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Run<D, N, M> {
         let u = &self.motion.u;
         (0..D).map(|k| (0..N).map(|i| inside.barycentric[i] * u[D * vertices[i].index() + k]).sum()).collect()
     }
+}
+
+/// Stretch of the thickness of a cell in plane stress.
+pub(super) fn thickness_stretch<const D: usize, const N: usize, M: Law<D>>(
+    body: &Body<D, N, M>,
+    cell: CellId,
+    u: &[f64],
+) -> Option<f64> {
+    body.material_of(cell)?.thickness_stretch(&body.deformation_gradient(cell, u)?)
 }
 
 /// What drives a body at a time: loads, and prescribed motion whose velocity is a difference over a small share of the way.
@@ -388,7 +429,7 @@ fn preconditioning(kind: PreconditionerKind) -> Preconditioning {
     }
 }
 
-impl<const D: usize, const N: usize, M: Hyperelastic<D>> Simulation for Run<D, N, M> {
+impl<const D: usize, const N: usize, M: Law<D>> Simulation for Run<D, N, M> {
     fn name(&self) -> &str {
         &self.scene.name
     }
@@ -525,7 +566,8 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Simulation for Run<D, N
             None => self.motion.clone(),
         };
         let toml = keys::TABLE.write(&self.scene);
-        Saved::new(APP, &SavedRun { toml, motion, measures: self.measures, solved: self.solved })
+        let mesh = self.geometry.fingerprint();
+        Saved::new(APP, &SavedRun { toml, mesh, motion, measures: self.measures, solved: self.solved })
     }
 
     fn frame_series(&self) -> &'static [FrameSeries] {

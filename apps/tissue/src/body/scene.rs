@@ -60,6 +60,15 @@ impl Default for MeshStage {
     }
 }
 
+/// What holds across the plane of a body in two dimensions.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum PlaneKind {
+    /// No stress: a thin sheet, whose thickness adjusts.
+    Stress,
+    /// No strain: a slice of a long body.
+    Strain,
+}
+
 /// `[material]`
 #[derive(Clone, PartialEq, Debug)]
 pub struct MaterialStage {
@@ -71,11 +80,13 @@ pub struct MaterialStage {
     pub poisson: f64,
     /// Density, kg/m^3.
     pub density: f64,
+    /// What a body in two dimensions is a section of; `None`: a thin sheet, in plane stress.
+    pub plane: Option<PlaneKind>,
 }
 
 impl Default for MaterialStage {
     fn default() -> Self {
-        Self { model: "neo-hookean".to_owned(), young: 34e3, poisson: 0.34, density: 1000.0 }
+        Self { model: "neo-hookean".to_owned(), young: 34e3, poisson: 0.34, density: 1000.0, plane: None }
     }
 }
 

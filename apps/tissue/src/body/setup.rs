@@ -4,7 +4,7 @@ use super::constraint::Held;
 use super::geometry::Geometry;
 use super::load::Force;
 use super::material::{Tissue, tissues};
-use super::scene::Scene;
+use super::scene::{PlaneKind, Scene};
 use crate::error::RunError;
 use crate::stages::{Stage, Stages};
 use std::time::Instant;
@@ -87,7 +87,10 @@ impl<const D: usize> Setup<D> {
         let softest = self.tissues.iter().map(|tissue| tissue.young).fold(f64::INFINITY, f64::min);
         let poisson = self.tissues.iter().map(|tissue| tissue.poisson).fold(-1.0, f64::max);
         let strain = examine_load(&geometry.mesh, scene.mesh.thickness, softest, &load);
-        strain.into_iter().chain(examine_material(poisson)).map(|finding| name_keys(&finding, softest)).collect()
+        // A sheet has room for its volume in its thickness.
+        let thin = D == 2 && scene.material.plane != Some(PlaneKind::Strain);
+        let locking = if thin { None } else { examine_material(poisson) };
+        strain.into_iter().chain(locking).map(|finding| name_keys(&finding, softest)).collect()
     }
 }
 

@@ -16,6 +16,10 @@ impl Words for Method {
     ];
 }
 
+impl Words for PlaneKind {
+    const WORDS: &'static [(&'static str, Self)] = &[("stress", Self::Stress), ("strain", Self::Strain)];
+}
+
 impl Words for PreconditionerKind {
     const WORDS: &'static [(&'static str, Self)] = &[
         ("none", Self::None),

@@ -3,6 +3,7 @@
 use super::numeric::{Memory, Numeric};
 use super::{DirectError, FactorNumber, Method, Symbolic};
 use crate::LinearOperator;
+use crate::memory::{bytes_of, bytes_of_all};
 use crate::precondition::Preconditioner;
 use crate::real::Real;
 use crate::sparse::BlockCsr;
@@ -161,6 +162,14 @@ impl<const B: usize, T: FactorNumber> Factor<B, T> {
         (self.probe, self.known) = (x, known);
         solved?;
         if worst <= T::KNOWN_SOLUTION { Ok(()) } else { Err(DirectError::IllConditioned { error: worst }) }
+    }
+
+    /// Bytes that it keeps, spare room and the analysis included, but for the tree that the analysis is kept as.
+    #[must_use]
+    pub fn memory_bytes(&self) -> usize {
+        let numbers = bytes_of(&self.lower) + bytes_of_all([&self.largest, &self.known, &self.probe]);
+        let work = self.work.lock().map_or(0, |work| bytes_of(&work.columns) + work.memory.bytes());
+        self.symbolic.memory_bytes() + self.numeric.memory_bytes() + numbers + work
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::{DirectError, FactorNumber};
 use crate::Block;
+use crate::memory::bytes_of_all;
 use crate::ordering::Permutation;
 use crate::sparse::BlockCsr;
 use crate::subspace::{Constraint, Subspace};
@@ -204,6 +205,12 @@ impl<const B: usize> Lower<B> {
             }
         }
         Ok(())
+    }
+
+    /// Bytes that it keeps, spare room included.
+    pub fn memory_bytes(&self) -> usize {
+        bytes_of_all([&self.cols, &self.ordinals, &self.mirrors])
+            + bytes_of_all([&self.row_starts, &self.starts, &self.rows])
     }
 }
 

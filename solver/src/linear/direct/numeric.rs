@@ -2,6 +2,7 @@
 
 use super::symbolic::Symbolic;
 use super::{DirectError, Method};
+use crate::memory::bytes_of_all;
 use crate::real::Real;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::perm::PermRef;
@@ -194,6 +195,13 @@ impl<T: FactorNumber> Numeric<T> {
             }
         }
     }
+
+    /// Bytes that it keeps, spare room included.
+    pub(super) fn memory_bytes(&self) -> usize {
+        bytes_of_all([&self.values, &self.subdiagonal])
+            + bytes_of_all([&self.pivots, &self.pivots_inverse])
+            + self.memory.bytes()
+    }
 }
 
 /// Working memory of faer.
@@ -214,6 +222,11 @@ impl Memory {
 
     fn stack(&mut self) -> &mut MemStack {
         MemStack::new(&mut self.0)
+    }
+
+    /// How many there are.
+    pub(super) fn bytes(&self) -> usize {
+        self.0.len()
     }
 }
 

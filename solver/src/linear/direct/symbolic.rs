@@ -94,6 +94,11 @@ impl<const B: usize> Symbolic<B> {
         use faer::sparse::linalg::cholesky::SymbolicCholeskyRaw::Supernodal;
         method != Method::Lblt || matches!(self.faer.raw(), Supernodal(_))
     }
+
+    /// Bytes of the patterns that it keeps.
+    pub(super) fn memory_bytes(&self) -> usize {
+        self.lower.memory_bytes()
+    }
 }
 
 fn fill_order<const B: usize>(a: &BlockCsr<B>, order: FillOrder<'_>) -> Result<Permutation, DirectError> {

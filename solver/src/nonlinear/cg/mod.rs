@@ -7,6 +7,7 @@ pub use direction::Direction;
 use super::line_search::{Idle, Line, LineSearch, Trial, advance, exact_step};
 use super::progress::{Counts, NonlinearError, NonlinearReport, Norms, Problem, positive};
 use crate::energy::Energy;
+use crate::memory::bytes_of_all;
 use crate::precondition::Preconditioner;
 use crate::stop::{Stop, StopRule};
 use crate::subspace::Subspace;
@@ -103,6 +104,13 @@ impl NonlinearCgWorkspace {
         }
         reaction.resize(constrained, 0.0);
         trial_reaction.resize(constrained, 0.0);
+    }
+
+    /// Bytes that it keeps, spare room included.
+    #[must_use]
+    pub fn memory_bytes(&self) -> usize {
+        let own = [&self.g, &self.reaction, &self.z, &self.d, &self.hd];
+        bytes_of_all(own) + bytes_of_all([&self.trial_x, &self.trial_g, &self.trial_reaction, &self.trial_z])
     }
 }
 

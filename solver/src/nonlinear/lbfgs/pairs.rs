@@ -1,5 +1,6 @@
 //! The steps that L-BFGS remembers: a ring that is written in place.
 
+use crate::memory::bytes_of_all;
 use crate::team::Team;
 use crate::vector::dot;
 
@@ -86,6 +87,11 @@ impl Pairs {
     /// Place of the pair that was kept `back` ago, 1 being the last one.
     fn place(&self, back: usize) -> usize {
         (self.next + self.room - back) % self.room
+    }
+
+    /// Bytes that it keeps, spare room included.
+    pub fn memory_bytes(&self) -> usize {
+        bytes_of_all([&self.s, &self.y, &self.sy, &self.alpha])
     }
 }
 

@@ -1,6 +1,7 @@
 //! Aggregates: disjoint groups of strongly coupled nodes, each of which becomes one node of the coarse level.
 
 use super::graph::Graph;
+use crate::memory::{bytes_of, bytes_of_all};
 use std::collections::VecDeque;
 
 /// A node outside of all aggregates.
@@ -97,6 +98,11 @@ impl Aggregates {
     /// Nodes of an aggregate, ascending.
     pub fn nodes(&self, aggregate: usize) -> &[u32] {
         &self.nodes[self.starts[aggregate]..self.starts[aggregate + 1]]
+    }
+
+    /// Bytes that it keeps, spare room included.
+    pub fn memory_bytes(&self) -> usize {
+        bytes_of_all([&self.of, &self.nodes]) + bytes_of(&self.starts)
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::level::Problem;
 use crate::dense::Cholesky;
+use crate::memory::bytes_of;
 use crate::precondition::PreconditionerError;
 use crate::precondition::scratch::Scratch;
 use crate::real::Real;
@@ -46,5 +47,11 @@ impl<const M: usize, T: Real> Coarsest<M, T> {
         for (e, x) in e.iter_mut().zip(x) {
             *e = T::from_f64(*x);
         }
+    }
+
+    /// Bytes that it keeps, spare room included.
+    pub fn memory_bytes(&self) -> usize {
+        // The factor is as large as the matrix that it is made from.
+        self.problem.memory_bytes() + 2 * bytes_of(&self.dense) + bytes_of(&self.x.lock())
     }
 }

@@ -6,6 +6,7 @@
 
 use super::transfer::{Transfer, add_product, add_transposed};
 use crate::Block;
+use crate::memory::bytes_of;
 use crate::precondition::projected::ProjectedRows;
 use crate::real::Real;
 use crate::simd;
@@ -144,6 +145,14 @@ impl<const B: usize, const M: usize> Galerkin<B, M> {
             }
         });
         mirror_between(&bounds, coarse);
+    }
+
+    /// Bytes that it keeps, spare room included.
+    pub fn memory_bytes(&self) -> usize {
+        let patterns = [&self.upper, &self.product];
+        let workers: usize =
+            self.workers.iter().map(|w| bytes_of(&w.place) + bytes_of(&w.row) + bytes_of(&w.next)).sum();
+        patterns.iter().map(|p| bytes_of(&p.starts) + bytes_of(&p.cols)).sum::<usize>() + workers
     }
 }
 

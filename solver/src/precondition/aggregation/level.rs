@@ -7,6 +7,7 @@ use super::modes::Modes;
 use super::tentative::orthonormalise;
 use super::transfer::{JacobiStep, Transfer};
 use crate::LinearOperator;
+use crate::memory::{bytes_of, bytes_of_all};
 use crate::precondition::PreconditionerError;
 use crate::precondition::block_jacobi::multiply;
 use crate::precondition::chebyshev::{ChebyshevSettings, Guess, Polynomial};
@@ -24,6 +25,13 @@ pub(super) struct Problem<const B: usize, const M: usize, T: Real = f64> {
     pub matrix: BlockCsr<B>,
     pub a: ProjectedOperator<B, T>,
     pub modes: Modes<B, M>,
+}
+
+impl<const B: usize, const M: usize, T: Real> Problem<B, M, T> {
+    /// Bytes that it keeps, spare room included.
+    pub fn memory_bytes(&self) -> usize {
+        self.matrix.memory_bytes() + self.a.memory_bytes() + size_of_val(self.modes.nodal())
+    }
 }
 
 /// How a level is made.
@@ -124,6 +132,18 @@ impl<const B: usize, const M: usize, T: Real> Level<B, M, T> {
     /// Blocks of its own matrix.
     pub fn n_blocks(&self) -> usize {
         self.problem.matrix.n_blocks()
+    }
+
+    /// Bytes that it keeps, spare room included.
+    pub fn memory_bytes(&self) -> usize {
+        let Work { fine, f, e } = &*self.scratch.lock();
+        self.problem.memory_bytes()
+            + self.aggregates.memory_bytes()
+            + bytes_of(&self.tentative)
+            + self.transfer.memory_bytes()
+            + self.galerkin.memory_bytes()
+            + fine.memory_bytes()
+            + bytes_of_all([f, e])
     }
 }
 

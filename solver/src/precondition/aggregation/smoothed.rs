@@ -205,6 +205,13 @@ impl<const B: usize, const M: usize, T: Real> SmoothedAggregation<B, M, T> {
     pub fn products(&self) -> usize {
         2 * self.settings.smoother.degree
     }
+
+    /// Bytes that it keeps, spare room included.
+    #[must_use]
+    pub fn memory_bytes(&self) -> usize {
+        let coarser: usize = self.coarser.iter().map(Level::memory_bytes).sum();
+        self.fine.memory_bytes() + coarser + self.coarsest.memory_bytes()
+    }
 }
 
 impl<const B: usize, const M: usize, T: Real> Preconditioner<T> for SmoothedAggregation<B, M, T> {

@@ -2,6 +2,7 @@
 
 use super::aggregates::{Aggregates, NONE};
 use crate::Block;
+use crate::memory::{bytes_of, bytes_of_all};
 use crate::precondition::projected::ProjectedRows;
 use crate::real::Real;
 use crate::simd;
@@ -188,6 +189,16 @@ impl<const B: usize, const M: usize, T: Real> Transfer<B, M, T> {
                 },
             );
         });
+    }
+
+    /// Bytes that it keeps, spare room included.
+    pub fn memory_bytes(&self) -> usize {
+        let workers: usize = self.workers.iter().map(|w| bytes_of(&w.place) + bytes_of(&w.row)).sum();
+        bytes_of_all([&self.starts, &self.column_starts])
+            + bytes_of(&self.coarse)
+            + bytes_of(&self.blocks)
+            + bytes_of(&self.entries)
+            + workers
     }
 }
 

@@ -6,6 +6,7 @@ mod many;
 
 use super::BlockCsr;
 use super::arena::{Arena, Slot};
+use crate::memory::{bytes_of, bytes_of_all};
 use crate::real::Real;
 use crate::vector::CHUNK;
 
@@ -106,6 +107,17 @@ impl<const B: usize, T: Real> Frozen<B, T> {
     #[must_use]
     pub fn rows_copied(&self) -> u64 {
         self.rows_copied
+    }
+
+    /// Bytes that it keeps, spare room included.
+    #[must_use]
+    pub fn memory_bytes(&self) -> usize {
+        let words = [&self.cols, &self.place, &self.lengths, &self.fresh, &self.changed];
+        bytes_of(&self.vals)
+            + bytes_of(&self.slices)
+            + bytes_of(&self.stamps)
+            + bytes_of(&self.order)
+            + bytes_of_all(words)
     }
 }
 
