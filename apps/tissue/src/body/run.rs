@@ -1,6 +1,7 @@
 //! A running scene of a body: one static solve, or time steps.
 
 use super::geometry::Geometry;
+use super::instants::{self, Instant as Drawn};
 use super::material::Tissue;
 use super::scene::{MassWord, Method, NewtonKind, PreconditionerKind, Scene, SchemeKind, TimeStage};
 use super::setup::Setup;
@@ -46,6 +47,7 @@ pub(super) struct SavedRun {
     motion: Motion,
     measures: Measures,
     solved: bool,
+    drawn: Vec<Drawn>,
 }
 
 /// What is measured after each step.
@@ -75,6 +77,8 @@ pub(super) struct Run<const D: usize, const N: usize, M: Hyperelastic<D>> {
     team: Team,
     measures: Measures,
     solved: bool,
+    /// States so far that stand in the picture of instants.
+    drawn: Vec<Drawn>,
     stages: Stages,
     threads: usize,
     wall: f64,
@@ -131,14 +135,16 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Run<D, N, M> {
             }
             integrator = Some(one);
         }
-        let (mut measures, mut solved) = (Measures::default(), false);
+        let (mut measures, mut solved, mut drawn) = (Measures::default(), false, Vec::new());
         if let Some(saved) = saved {
             if saved.motion.u.len() != motion.u.len().max(D * geometry.mesh.n_vertex_slots()) {
                 let (found, expected) = (saved.motion.u.len() / D, geometry.mesh.n_vertex_slots());
                 let reason = format!("found the state of a mesh with {found} nodes, expected {expected}");
                 return Err(RunError::State { path: "state".to_owned(), reason });
             }
-            (motion, measures, solved) = (saved.motion, saved.measures, saved.solved);
+            (motion, measures, solved, drawn) = (saved.motion, saved.measures, saved.solved, saved.drawn);
+        } else if integrator.is_some() {
+            instants::keep(&mut drawn, instants_of(scene), None, motion.t, &motion.u);
         }
         let wall = began.elapsed().as_secs_f64();
         let mut run = Self {
@@ -151,6 +157,7 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Run<D, N, M> {
             team,
             measures,
             solved,
+            drawn,
             stages,
             threads,
             wall,
@@ -238,7 +245,7 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Run<D, N, M> {
     fn go_on(&mut self) -> Result<(), RunError> {
         let (Some(time), Some(integrator)) = (&self.scene.time, &mut self.integrator) else { return Ok(()) };
         let since = Instant::now();
-        let step = self.motion.step as usize + 1;
+        let (step, before) = (self.motion.step as usize + 1, self.motion.t);
         let subspace = self.setup.subspace(&self.geometry, self.motion.t);
         let mut drive = drive(&self.setup, self.geometry.mesh.points(), time);
         let result = integrator.step(&mut self.body, &subspace, &mut drive, &mut self.motion);
@@ -250,6 +257,7 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Run<D, N, M> {
             }
             RunError::Step { step, reason }
         })?;
+        instants::keep(&mut self.drawn, instants_of(&self.scene), Some(before), self.motion.t, &self.motion.u);
         let measures = &mut self.measures;
         if let Some(balance) = report.balance {
             (measures.kinetic, measures.load) = (balance.kinetic, balance.load);
@@ -341,6 +349,10 @@ fn drive<'a, const D: usize>(
             *v = (after - now) / h;
         }
     }
+}
+
+fn instants_of(scene: &Scene) -> &[f64] {
+    scene.output.as_ref().map_or(&[], |output| &output.instants)
 }
 
 fn settings(scene: &Scene, time: &TimeStage, size: f64, tissues: &[Tissue]) -> DynamicsSettings {
@@ -525,7 +537,8 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Simulation for Run<D, N
             None => self.motion.clone(),
         };
         let toml = keys::TABLE.write(&self.scene);
-        Saved::new(APP, &SavedRun { toml, motion, measures: self.measures, solved: self.solved })
+        let drawn = self.drawn.clone();
+        Saved::new(APP, &SavedRun { toml, motion, measures: self.measures, solved: self.solved, drawn })
     }
 
     fn frame_series(&self) -> &'static [FrameSeries] {
@@ -537,6 +550,8 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Simulation for Run<D, N
     }
 
     fn draw(&self, folder: &Path, rows: &[HistoryRow]) -> Result<(), RunError> {
-        picture::draw(&self.scene.name, &self.geometry.mesh, &self.motion.u, rows, folder)
+        let mesh = &self.geometry.mesh;
+        picture::draw(&self.scene.name, mesh, &self.motion.u, rows, folder)?;
+        picture::draw_instants(&self.scene.name, mesh, &self.drawn, folder)
     }
 }
