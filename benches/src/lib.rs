@@ -9,6 +9,7 @@ mod fields;
 mod materials;
 mod materials3d;
 mod mesh;
+mod page;
 mod published;
 mod random;
 mod report;
@@ -74,7 +75,11 @@ pub const SUITES: &[Suite] = &[
         about: "the solver core: products, methods x preconditioners x tolerances, targets, a page of results",
         run: solvers::run,
     },
-    Suite { name: "materials3d", about: "every material on four static scenes in 3D", run: materials3d::run },
+    Suite {
+        name: "materials3d",
+        about: "every material on the same static scenes in 3D: force, displacement, error, iterations, time",
+        run: materials3d::run,
+    },
     Suite {
         name: "stability",
         about: "crushed, scrambled and inverted bodies, contrast, hostile input, threads, by material (J1 to J4, J11, J12)",
