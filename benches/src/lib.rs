@@ -4,6 +4,7 @@
 //! ([`Report`]). Times are medians over repeats; failed runs are rows too.
 
 mod conformance;
+mod cube3d;
 mod density;
 mod fields;
 mod materials;
@@ -74,6 +75,11 @@ pub const SUITES: &[Suite] = &[
         name: "solvers",
         about: "the solver core: products, methods x preconditioners x tolerances, targets, a page of results",
         run: solvers::run,
+    },
+    Suite {
+        name: "cube3d",
+        about: "a needle in a cube beside one generation more: cells, force, tip, time (Figs 6.13, 6.14)",
+        run: cube3d::run,
     },
     Suite {
         name: "materials3d",
