@@ -19,8 +19,11 @@ pub(super) fn markdown(report: &Report, quick: bool) -> String {
          the step, finer where that moves nothing any more. Collapse: all free nodes start at one point, on a plane, on a line. Scramble: uniform at random in the box, \
          {seeds} seeds.\n\n\
          *Recovered*: all J > 0 and every displacement below 1e-3 of the side; *latest*, when the last of them came to rest. \
-         *Elsewhere*: another equilibrium, free forces below 1e-4 E per face. *Moving*: neither after 100 s. *Unconverged*: steps that ended above the tolerance, at less energy than \
-         they began, with elements inverted. *Worst*: the largest displacement of a run at its end, in sides.\n",
+         *Elsewhere*: another equilibrium, free forces below 1e-4 E per face. *Moving*: neither after 100 s. *Unconverged*: steps \
+         that ended above the tolerance, at less energy than they began, with elements inverted. *Worst*: the largest \
+         displacement of a run at its end, in sides.\n\n\
+         St. Venant-Kirchhoff and neo-Hookean tissue has no energy where J ≤ 0 and says so; the invertible laws continue it. Nearer \
+         to ν = 0.5 the other laws have equilibria with elements inside out or folded, in which scrambles end.\n",
     );
     for name in ["J1 collapse", "J2 scramble"] {
         let _ = write!(
@@ -32,7 +35,7 @@ pub(super) fn markdown(report: &Report, quick: bool) -> String {
     }
     page += "\n## One element: a node through the opposite face (J3)\n\n\
              Force towards where the node came from, over E times the square of the height, 0.5, 1 and 5 heights beyond the face; \
-             the last column is the relative jump of the force at J = 0.\n\n\
+             then the relative jump of the force at J = 0. A law without energy there has no force.\n\n\
              | law | ν | 0.5 | 1 | 5 | jump | |\n|---|---:|---:|---:|---:|---:|---|\n";
     each(report, "J3 one element", |model, poisson, row| {
         let cell = |name: &str| row.more.get(name).map_or_else(String::new, |x| format!("{x:.3e}"));
