@@ -4,11 +4,13 @@
 //! ([`Report`]). Times are medians over repeats; failed runs are rows too.
 
 mod conformance;
+mod cube3d;
 mod density;
 mod fields;
 mod materials;
 mod materials3d;
 mod mesh;
+mod page;
 mod published;
 mod random;
 mod report;
@@ -85,7 +87,16 @@ pub const SUITES: &[Suite] = &[
         about: "forces, Jacobian and step of a dynamic body by threads (Table 2 of Chentanez et al. 2009)",
         run: tissue::threads::run,
     },
-    Suite { name: "materials3d", about: "every material on four static scenes in 3D", run: materials3d::run },
+    Suite {
+        name: "cube3d",
+        about: "a needle in a cube beside one generation more: cells, force, tip, time (Figs 6.13, 6.14)",
+        run: cube3d::run,
+    },
+    Suite {
+        name: "materials3d",
+        about: "every material on the same static scenes in 3D: force, displacement, error, iterations, time",
+        run: materials3d::run,
+    },
     Suite {
         name: "stability",
         about: "crushed, scrambled and inverted bodies, contrast, hostile input, threads, by material (J1 to J4, J11, J12)",

@@ -279,7 +279,7 @@ impl Column {
 }
 
 /// A number with about three digits.
-fn short(x: f64) -> String {
+pub(crate) fn short(x: f64) -> String {
     let size = x.abs();
     if x.fract() == 0.0 && size < 1e7 {
         format!("{x}")

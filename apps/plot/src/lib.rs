@@ -3,7 +3,8 @@
 //! - [`Chart`]: lines, points and steps on linear or logarithmic axes, legend beside the data.
 //! - [`MeshPicture`]: a plane triangle mesh filled with colour bands of a field, true to scale with axes in mm, needle
 //!   and other lines above it. [`MeshPanel`] sets several side by side with one colour scale.
-//! - [`SolidPicture`]: a tetrahedral mesh cut open, or a surface in space, coloured by cell.
+//! - [`SolidPicture`]: a tetrahedral mesh cut open, or a surface in space, coloured by cell. [`SolidPanel`] sets several side
+//!   by side in one box with one colour scale.
 //! - [`HistogramPanel`]: several histograms; [`SideBySide`]: pictures of any sort in one file.
 //!
 //! The SVG is written directly, in fractions of a px and without a font or an image library; the viewer brings the
@@ -61,7 +62,7 @@ pub use mesh_picture::{Marker, MeshPicture, Polyline};
 pub use panel::MeshPanel;
 pub use series::{Series, Style};
 pub use side_by_side::{Picture, SideBySide};
-pub use solid::{Cut, SolidPicture, SpaceLine};
+pub use solid::{Cut, SolidPanel, SolidPicture, SpaceLine};
 
 #[cfg(test)]
 mod properties;

@@ -29,7 +29,7 @@ pub(crate) fn run(options: &BenchOptions, say: &mut dyn FnMut(&str)) -> Result<R
         part(options, say, &mut report);
     }
     if let Some(folder) = &options.out {
-        let page = page::markdown(&report, page::today());
+        let page = page::markdown(&report, crate::page::today());
         report.write(folder, "solvers.md", &page)?;
     }
     Ok(report)

@@ -3,9 +3,8 @@
 use super::grid::{TARGET, file_name};
 use super::methods::METHODS;
 use super::threads_text;
-use crate::{Report, Row};
+use crate::{Report, Row, page};
 use std::fmt::Write as _;
-use std::time::{SystemTime, UNIX_EPOCH};
 
 /// The systems of the tables, and what is shown of them.
 const SYSTEMS: [(&str, &str); 3] = [
@@ -53,17 +52,7 @@ pub(super) fn markdown(report: &Report, (year, month, day): (i64, u32, u32)) -> 
 
 /// Figures beside their targets.
 fn targets(report: &Report) -> String {
-    let mut text = "\n## Targets\n\n| what | found | target | |\n|---|---:|---:|---|\n".to_owned();
-    for figure in &report.figures {
-        let (target, verdict) = match (figure.at_least, figure.at_most) {
-            (Some(least), None) => (format!("at least {least}"), figure.reached()),
-            (None, Some(most)) => (format!("at most {most}"), figure.reached()),
-            (Some(least), Some(most)) => (format!("{least} to {most}"), figure.reached()),
-            (None, None) => (String::new(), true),
-        };
-        let verdict = if verdict { "" } else { "**missed**" };
-        let _ = writeln!(text, "| {} | {} | {target} | {verdict} |", figure.name, digits(figure.value));
-    }
+    let mut text = format!("\n## Targets\n\n{}", page::figures(&report.figures));
     text += "\nThat a warm solve allocates nothing is asserted by `solver/tests/allocation.rs`, that 1, 2 and 8 threads give the \
              same bits by the tests of each method.\n";
     text
@@ -202,39 +191,10 @@ fn digits(x: f64) -> String {
     }
 }
 
-/// Year, month and day of the system clock, UTC.
-pub(super) fn today() -> (i64, u32, u32) {
-    let seconds = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
-    civil((seconds / 86_400) as i64)
-}
-
-/// The date a number of days after 1970-01-01.
-///
-/// Source: Hinnant, *chrono-compatible low-level date algorithms* (2013), `civil_from_days`.
-fn civil(days: i64) -> (i64, u32, u32) {
-    let shifted = days + 719_468;
-    let era = shifted.div_euclid(146_097);
-    let of_era = shifted.rem_euclid(146_097);
-    let year_of_era = (of_era - of_era / 1460 + of_era / 36_524 - of_era / 146_096) / 365;
-    let of_year = of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
-    let from_march = (5 * of_year + 2) / 153;
-    let day = of_year - (153 * from_march + 2) / 5 + 1;
-    let month = if from_march < 10 { from_march + 3 } else { from_march - 9 };
-    (year_of_era + 400 * era + i64::from(month <= 2), month as u32, day as u32)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::{Figure, Numbers};
-
-    #[test]
-    fn days_become_dates() {
-        assert_eq!(civil(0), (1970, 1, 1));
-        assert_eq!(civil(59), (1970, 3, 1));
-        assert_eq!(civil(11_016), (2000, 2, 29));
-        assert_eq!(civil(20_453), (2025, 12, 31));
-    }
 
     #[test]
     fn the_page_shows_misses_failures_and_the_quickest() {
@@ -257,7 +217,7 @@ mod tests {
         let page = markdown(&report, (2026, 1, 2));
         for part in [
             "on 2026-01-02, revision",
-            "| something | 2.00 | at most 1 | **missed** |",
+            "| something | 2 | at most 1 | **missed** |",
             "| cg, jacobi | 2.00 (7) |",
             "| cg, ssor | **1.00** (7) |",
             "| cg, ic0 | failed |",

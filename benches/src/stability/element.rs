@@ -1,7 +1,7 @@
 //! One tetrahedron, of which a node is pushed through the opposite face.
 
 use super::{POISSON, SIDE, YOUNG, law};
-use crate::{BenchOptions, Numbers, Report, Row};
+use crate::{BenchOptions, Figure, Numbers, Report, Row};
 use stylet_mesh::SimplexMesh;
 use stylet_physics::body::{Body, BodyError};
 use stylet_physics::material::Solid;
@@ -18,6 +18,13 @@ pub(super) fn run(_: &BenchOptions, say: &mut dyn FnMut(&str), report: &mut Repo
             report.rows.push(row(model, poisson));
         }
     }
+    let jumps = || report.rows.iter().filter(|row| row.ok).filter_map(|row| row.more.get("jump").copied());
+    let jump = jumps().fold(0.0, f64::max);
+    report.figures.push(Figure::at_most(
+        "J3: largest relative jump of a force at J = 0, laws that bear it",
+        jump,
+        1e-6,
+    ));
 }
 
 fn row(model: &str, poisson: f64) -> Row {

@@ -45,7 +45,7 @@ pub(super) fn run(options: &BenchOptions, say: &mut dyn FnMut(&str), report: &mu
     report.figures.push(Figure::at_most("J12: laws whose bits differ", different as f64, 0.0));
 }
 
-/// A scrambled cube that swings back.
+/// A flattened cube that swings back.
 fn end(model: &str, cells: usize, steps: u32, threads: usize) -> Result<State, DynamicsError> {
     let (mesh, held) = cube(cells);
     let mut body = Body::new(&mesh, law(model, 0.3), 1.0)?;

@@ -24,6 +24,12 @@ pub(super) struct Following<const D: usize> {
 }
 
 impl<const D: usize> Following<D> {
+    /// Bytes that it takes, spare room included.
+    pub fn memory_bytes(&self) -> usize {
+        let rows = size_of::<Block<D>>() * self.row.capacity() + size_of::<(u64, u64)>() * self.seen.capacity();
+        self.matrix.memory_bytes() + rows
+    }
+
     /// Forgets what it has seen: another body, or another mass.
     pub fn reset(&mut self) {
         self.seen.clear();

@@ -106,12 +106,21 @@ impl<const D: usize> Integrator<D> {
         &self.times
     }
 
-    /// Bytes of the matrices, spare room included.
+    /// Bytes of matrices, vectors and solvers, spare room included.
     #[must_use]
     pub fn memory_bytes(&self) -> usize {
-        let block = size_of::<[[f64; D]; D]>() + size_of::<u32>();
-        let vectors = 9 * self.u.capacity() * size_of::<f64>();
-        block * (self.matrix.matrix.capacity() + self.lagged.capacity() + self.frozen.streamed_blocks()) + vectors
+        let Drive { load, displacement, velocity } = &self.drive;
+        let [x, y, z] = &self.scratch;
+        let State { u, v, a, .. } = &self.part;
+        let (u_hat, v_hat, rhs) = (&self.u_hat, &self.v_hat, &self.rhs);
+        let vectors = [load, displacement, velocity, u_hat, v_hat, rhs, x, y, z, &self.u, &self.v, &self.a, u, v, a];
+        self.matrix.memory_bytes()
+            + self.lagged.memory_bytes()
+            + self.frozen.memory_bytes()
+            + self.preconditioner.memory_bytes()
+            + self.cg.memory_bytes()
+            + self.newton.memory_bytes()
+            + size_of::<f64>() * vectors.map(Vec::capacity).iter().sum::<usize>()
     }
 
     /// The state of a body at rest: see [`start_moving`](Self::start_moving).

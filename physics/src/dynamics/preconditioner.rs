@@ -17,17 +17,28 @@ pub trait StepPreconditioner<const D: usize>: Preconditioner + Send + Sync {
     /// # Errors
     /// What the preconditioner says; the step is then tried again with half the length.
     fn follow(&mut self, team: &Team, matrix: &BlockCsr<D>, w: &Subspace<D>) -> Result<(), PreconditionerError>;
+
+    /// Bytes that it takes, spare room included.
+    fn memory_bytes(&self) -> usize;
 }
 
 impl<const D: usize> StepPreconditioner<D> for BlockJacobi<D> {
     fn follow(&mut self, _: &Team, matrix: &BlockCsr<D>, w: &Subspace<D>) -> Result<(), PreconditionerError> {
         BlockJacobi::follow(self, matrix, w)
     }
+
+    fn memory_bytes(&self) -> usize {
+        BlockJacobi::memory_bytes(self)
+    }
 }
 
 impl<const D: usize, const M: usize> StepPreconditioner<D> for TwoLevel<D, M> {
     fn follow(&mut self, team: &Team, matrix: &BlockCsr<D>, w: &Subspace<D>) -> Result<(), PreconditionerError> {
         self.rebuild_on(team, matrix, w)
+    }
+
+    fn memory_bytes(&self) -> usize {
+        TwoLevel::memory_bytes(self)
     }
 }
 

@@ -124,7 +124,7 @@ impl<const B: usize, T: Real> BlockJacobi<B, T> {
     /// Bytes that it keeps, spare room included.
     #[must_use]
     pub fn memory_bytes(&self) -> usize {
-        bytes_of(&self.inverses)
+        bytes_of(&self.inverses) + bytes_of(&self.stamps)
     }
 }
 

@@ -19,7 +19,7 @@ const SHADOW: f64 = 0.5;
 /// How much white is in the colours of faces that are not laid open by the cut.
 const PALE: f64 = 0.72;
 /// Room for the axes at the lower left, px.
-const AXES: f64 = 34.0;
+pub(super) const AXES: f64 = 34.0;
 
 /// Where the mesh lies in the picture.
 #[derive(Debug, Clone, Copy)]
@@ -123,7 +123,7 @@ fn short(x: f64) -> String {
 }
 
 /// The box around the whole mesh, which shows where something was taken away.
-fn draw_box(svg: &mut Svg, scene: &Scene) {
+pub(super) fn draw_box(svg: &mut Svg, scene: &Scene) {
     let corners = corners(&scene.bounds).map(|p| scene.frame.flat(p));
     let mut path = PathData::new(UNITS);
     for i in 0..8_usize {
@@ -145,7 +145,7 @@ enum Edge {
     Clear,
 }
 
-fn draw_faces(svg: &mut Svg, picture: &SolidPicture<'_>, scene: &Scene, colours: &Colouring) {
+pub(super) fn draw_faces(svg: &mut Svg, picture: &SolidPicture<'_>, scene: &Scene, colours: &Colouring) {
     let width = |px: f64| num(px * UNITS);
     let group = PathData::group_attribute(UNITS);
     svg.open_group(&format!("{group} stroke=\"#1c1c1c\" stroke-linejoin=\"round\""));
@@ -208,7 +208,7 @@ fn shaded(Colour(r, g, b): Colour, normal: Vec3, view: &View) -> Colour {
     Colour(r, g, b)
 }
 
-fn draw_line(svg: &mut Svg, line: &SpaceLine, frame: &Placement) {
+pub(super) fn draw_line(svg: &mut Svg, line: &SpaceLine, frame: &Placement) {
     let width = stroke_width(line);
     let mut path = PathData::new(UNITS);
     for run in line.points.split(|p| p.iter().any(|x| !x.is_finite())) {
@@ -235,7 +235,7 @@ fn dot_at([x, y]: [f64; 2], radius: f64, colour: Colour) -> String {
 }
 
 /// The directions of the axes, with their names.
-fn draw_axes(svg: &mut Svg, view: &View, [x, y]: [f64; 2]) {
+pub(super) fn draw_axes(svg: &mut Svg, view: &View, [x, y]: [f64; 2]) {
     let length = 26.0;
     for (axis, name) in ["x", "y", "z"].iter().enumerate() {
         let [right, up, _] = view.project(std::array::from_fn(|k| f64::from(u8::from(k == axis))));

@@ -8,6 +8,7 @@ mod buffer;
 mod draw;
 mod faces;
 mod order;
+mod panel;
 mod view;
 
 use std::path::Path;
@@ -20,6 +21,7 @@ use crate::svg::Page;
 use crate::{PALETTE, PlotError};
 use buffer::DepthBuffer;
 use faces::Face;
+pub use panel::SolidPanel;
 use view::{Vec3, View, dot};
 
 /// More faces than this are thinned out to those that are seen at coarser samples.
@@ -143,7 +145,7 @@ impl SolidPicture<'_> {
 
     pub(crate) fn page(&self) -> Result<Page, PlotError> {
         self.check()?;
-        let scene = self.scene()?;
+        let scene = self.scene(&self.bounds()?)?;
         let colours = self.colouring(&scene)?;
         Ok(draw::page(self, &scene, &colours))
     }
@@ -162,23 +164,27 @@ impl SolidPicture<'_> {
         all.into_iter().find_map(|(cell, point)| Some(wrong(cell, point?))).map_or(Ok(()), Err)
     }
 
-    /// What is seen, and from where.
-    fn scene(&self) -> Result<Scene, PlotError> {
-        let view = View::from(self.towards);
+    /// Of each cell, whether all its positions are finite.
+    fn whole(&self) -> Vec<bool> {
         let finite = |v: &[u32]| v.iter().all(|&i| self.points[i as usize].iter().all(|x| x.is_finite()));
-        let whole: Vec<bool> =
-            self.tetrahedra.iter().map(|v| finite(v)).chain(self.triangles.iter().map(|v| finite(v))).collect();
-        let used = self.tetrahedra.iter().map(|v| &v[..]).chain(self.triangles.iter().map(|v| &v[..]));
-        let used: Vec<Vec3> = used
-            .zip(&whole)
-            .filter(|(_, whole)| **whole)
-            .flat_map(|(v, _)| v)
-            .map(|&i| self.points[i as usize])
-            .collect();
-        let bounds = bounds(&used).ok_or_else(|| self.empty())?;
+        self.tetrahedra.iter().map(|v| finite(v)).chain(self.triangles.iter().map(|v| finite(v))).collect()
+    }
+
+    /// Lower and upper corner of all cells that can be drawn.
+    fn bounds(&self) -> Result<[Vec3; 2], PlotError> {
+        let cells = self.tetrahedra.iter().map(|v| &v[..]).chain(self.triangles.iter().map(|v| &v[..]));
+        let used = cells.zip(self.whole()).filter(|(_, whole)| *whole).flat_map(|(v, _)| v);
+        let bounds = bounds(used.map(|&i| self.points[i as usize])).ok_or_else(|| self.empty())?;
         if (0..3).any(|k| !(bounds[1][k] - bounds[0][k]).is_finite()) {
             return Err(too_wide(&self.title, bounds.into_iter().flatten()));
         }
+        Ok(bounds)
+    }
+
+    /// What is seen, and from where, in a picture of a box.
+    fn scene(&self, bounds: &[Vec3; 2]) -> Result<Scene, PlotError> {
+        let view = View::from(self.towards);
+        let whole = self.whole();
         let (kept_solid, kept_surface) = self.kept(&whole);
         let skin = faces::skin(self.points, self.tetrahedra, &kept_solid, view.towards);
         let mut all = skin.faces;
@@ -191,7 +197,7 @@ impl SolidPicture<'_> {
         if all.is_empty() {
             return Err(self.empty());
         }
-        let frame = draw::Placement::around(&bounds, &view, self.limit());
+        let frame = draw::Placement::around(bounds, &view, self.limit());
         let (seen, grain) = seen(&all, self.points, &frame);
         let order = order::back_to_front(&self.depths(&view), &skin.pairs);
         let mut turn = vec![0_u32; order.len()];
@@ -199,7 +205,7 @@ impl SolidPicture<'_> {
         let mut faces: Vec<Face> = all.into_iter().zip(seen).filter(|(_, seen)| *seen).map(|(face, _)| face).collect();
         faces.sort_by_key(|face| turn[face.cell as usize]);
         let left_out = whole.iter().filter(|whole| !**whole).count();
-        Ok(Scene { view, frame, bounds, faces, grain, left_out })
+        Ok(Scene { view, frame, bounds: *bounds, faces, grain, left_out })
     }
 
     fn empty(&self) -> PlotError {
@@ -233,8 +239,12 @@ impl SolidPicture<'_> {
         self.tetrahedra.iter().map(|v| mean(v)).chain(self.triangles.iter().map(|v| mean(v))).collect()
     }
 
+    fn shown_values<'s>(&'s self, scene: &'s Scene) -> impl Iterator<Item = f64> + 's {
+        scene.faces.iter().map(|face| self.values[face.cell as usize]).filter(|x| x.is_finite())
+    }
+
     fn colouring(&self, scene: &Scene) -> Result<Colouring, PlotError> {
-        let values = || scene.faces.iter().map(|face| self.values[face.cell as usize]).filter(|x| x.is_finite());
+        let values = || self.shown_values(scene);
         if self.by_region {
             let mut regions: Vec<f64> = values().map(f64::round).collect();
             regions.sort_by(f64::total_cmp);
@@ -282,16 +292,11 @@ impl Colouring {
     }
 }
 
-fn bounds(points: &[Vec3]) -> Option<[Vec3; 2]> {
-    let first = *points.first()?;
-    let mut bounds = [first, first];
-    for p in points {
-        for k in 0..3 {
-            bounds[0][k] = bounds[0][k].min(p[k]);
-            bounds[1][k] = bounds[1][k].max(p[k]);
-        }
-    }
-    Some(bounds)
+fn bounds(points: impl IntoIterator<Item = Vec3>) -> Option<[Vec3; 2]> {
+    points.into_iter().fold(None, |bounds, p| {
+        let [low, high] = bounds.unwrap_or([p, p]);
+        Some([std::array::from_fn(|k| low[k].min(p[k])), std::array::from_fn(|k| high[k].max(p[k]))])
+    })
 }
 
 /// Which faces are seen, at samples as dense as leave no more than [`MOST_FACES`], and the distance of these, px.
@@ -353,7 +358,7 @@ mod tests {
                 points: &points, tetrahedra: &tetrahedra, values: &values, towards,
                 cut: Some(Cut::through(point, normal)), ..SolidPicture::default()
             };
-            let Ok(scene) = picture.scene() else { return Ok(()) };
+            let Ok(scene) = picture.bounds().and_then(|bounds| picture.scene(&bounds)) else { return Ok(()) };
             let (mut depths, mut painted) = (DepthBuffer::new(scene.frame.size, 0.7), DepthBuffer::new(scene.frame.size, 0.7));
             for (k, face) in scene.faces.iter().enumerate() {
                 let corners = face.corners.map(|i| scene.frame.place(points[i as usize]));

@@ -88,6 +88,7 @@ fn check(scene: &Scene) -> Result<(), String> {
         (Some(_), Some(_)) => return Err("time: found beside [statics], expected only one of the two".into()),
         _ => {}
     }
+    check_instants(scene)?;
     let tissues = super::material::tissues(scene)?;
     if let Some(method) = scene.statics.as_ref().and_then(|statics| statics.method) {
         use super::scene::Method::{Cg, Ldlt, Llt};
@@ -108,6 +109,21 @@ fn check(scene: &Scene) -> Result<(), String> {
         );
     }
     Ok(())
+}
+
+fn check_instants(scene: &Scene) -> Result<(), String> {
+    let Some(output) = scene.output.as_ref().filter(|output| !output.instants.is_empty()) else { return Ok(()) };
+    let Some(time) = &scene.time else {
+        return Err("output.instants: found times in a scene with [statics], expected one with [time]".into());
+    };
+    let (times, end) = (&output.instants, time.end);
+    if let Some(t) = times.iter().find(|t| !(0.0..=end).contains(*t)) {
+        return Err(format!("output.instants: found {t} s, expected times from 0 to time.end = {end} s"));
+    }
+    match times.windows(2).find(|pair| pair[0] >= pair[1]) {
+        Some([t, next]) => Err(format!("output.instants: found {t} s before {next} s, expected ascending times")),
+        _ => Ok(()),
+    }
 }
 
 impl Opened {
@@ -221,5 +237,19 @@ mod tests {
             TABLE.read("written", &TABLE.write(&opened.scene), &mut again).unwrap();
             assert_eq!(opened.scene, again);
         }
+    }
+
+    #[test]
+    fn instants_are_ascending_times_of_a_motion() {
+        let refusal = |name: &str, instants: &str| {
+            let assignment = format!("output.instants={instants}");
+            open(&find(name, SCENES).unwrap(), &[assignment]).err().map_or_else(String::new, |e| e.to_string())
+        };
+        assert_eq!(refusal("crush-recover", "[0.0, 0.1, 1.0]"), "");
+        assert!(
+            refusal("crush-recover", "[0.0, 1.5]").contains("found 1.5 s, expected times from 0 to time.end = 1 s")
+        );
+        assert!(refusal("crush-recover", "[0.2, 0.2]").contains("found 0.2 s before 0.2 s, expected ascending"));
+        assert!(refusal("beam-bend", "[0.2]").contains("expected one with [time]"));
     }
 }

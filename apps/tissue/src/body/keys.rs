@@ -143,6 +143,9 @@ pub const TABLE: Table<Scene> = Table {
             int: |s| start(s).seed, |s| s.start.as_ref().map(|t| Value::Int(t.seed))),
         key!("output.frames", Kind::Int { min: 0, max: 1_000_000_000 }, "steps", "0", "a VTU frame every so many steps; 0: the last state only",
             int: |s| output(s).frames, |s| s.output.as_ref().map(|o| Value::Int(o.frames))),
+        key!("output.instants", Kind::Point { dim_min: 1, dim_max: 8 }, "s", "none", "ascending times, 0 for the start, whose states stand side by side in instants.svg",
+            floats: |s| output(s).instants,
+            |s| s.output.as_ref().filter(|o| !o.instants.is_empty()).map(|o| Value::Floats(o.instants.clone()))),
     ],
 };
 

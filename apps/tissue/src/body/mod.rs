@@ -10,6 +10,7 @@ mod columns;
 mod constraint;
 mod frames;
 mod geometry;
+mod instants;
 pub mod keys;
 mod law;
 mod load;

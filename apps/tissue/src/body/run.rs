@@ -1,6 +1,7 @@
 //! A running scene of a body: one static solve, or time steps.
 
 use super::geometry::{Fingerprint, Geometry};
+use super::instants::{self, Instant as Drawn};
 use super::law::Law;
 use super::material::Tissue;
 use super::scene::{MassWord, Method, NewtonKind, PreconditionerKind, Scene, SchemeKind, TimeStage};
@@ -48,6 +49,7 @@ pub(super) struct SavedRun {
     motion: Motion,
     measures: Measures,
     solved: bool,
+    drawn: Vec<Drawn>,
 }
 
 /// What is measured after each step.
@@ -79,6 +81,8 @@ pub(super) struct Run<const D: usize, const N: usize, M: Law<D>> {
     solved: bool,
     /// Bytes that the workspace of the static solve took.
     static_bytes: usize,
+    /// States so far that stand in the picture of instants.
+    drawn: Vec<Drawn>,
     stages: Stages,
     threads: usize,
     wall: f64,
@@ -143,9 +147,11 @@ impl<const D: usize, const N: usize, M: Law<D>> Run<D, N, M> {
             }
             integrator = Some(one);
         }
-        let (mut measures, mut solved) = (Measures::default(), false);
+        let (mut measures, mut solved, mut drawn) = (Measures::default(), false, Vec::new());
         if let Some(saved) = saved {
-            (motion, measures, solved) = (saved.motion, saved.measures, saved.solved);
+            (motion, measures, solved, drawn) = (saved.motion, saved.measures, saved.solved, saved.drawn);
+        } else if integrator.is_some() {
+            instants::keep(&mut drawn, instants_of(scene), None, motion.t, &motion.u);
         }
         let wall = began.elapsed().as_secs_f64();
         let mut run = Self {
@@ -159,6 +165,7 @@ impl<const D: usize, const N: usize, M: Law<D>> Run<D, N, M> {
             measures,
             solved,
             static_bytes: 0,
+            drawn,
             stages,
             threads,
             wall,
@@ -247,7 +254,7 @@ impl<const D: usize, const N: usize, M: Law<D>> Run<D, N, M> {
     fn go_on(&mut self) -> Result<(), RunError> {
         let (Some(time), Some(integrator)) = (&self.scene.time, &mut self.integrator) else { return Ok(()) };
         let since = Instant::now();
-        let step = self.motion.step as usize + 1;
+        let (step, before) = (self.motion.step as usize + 1, self.motion.t);
         let subspace = self.setup.subspace(&self.geometry, self.motion.t);
         let mut drive = drive(&self.setup, self.geometry.mesh.points(), time);
         if time.adaptive > 0.0 {
@@ -263,6 +270,7 @@ impl<const D: usize, const N: usize, M: Law<D>> Run<D, N, M> {
             }
             RunError::Step { step, reason }
         })?;
+        instants::keep(&mut self.drawn, instants_of(&self.scene), Some(before), self.motion.t, &self.motion.u);
         let measures = &mut self.measures;
         if let Some(balance) = report.balance {
             (measures.kinetic, measures.load) = (balance.kinetic, balance.load);
@@ -382,6 +390,10 @@ fn drive<'a, const D: usize>(
             *v = (after - now) / h;
         }
     }
+}
+
+fn instants_of(scene: &Scene) -> &[f64] {
+    scene.output.as_ref().map_or(&[], |output| &output.instants)
 }
 
 fn settings(scene: &Scene, time: &TimeStage, size: f64, tissues: &[Tissue]) -> DynamicsSettings {
@@ -566,8 +578,8 @@ impl<const D: usize, const N: usize, M: Law<D>> Simulation for Run<D, N, M> {
             None => self.motion.clone(),
         };
         let toml = keys::TABLE.write(&self.scene);
-        let mesh = self.geometry.fingerprint();
-        Saved::new(APP, &SavedRun { toml, mesh, motion, measures: self.measures, solved: self.solved })
+        let (mesh, drawn) = (self.geometry.fingerprint(), self.drawn.clone());
+        Saved::new(APP, &SavedRun { toml, mesh, motion, measures: self.measures, solved: self.solved, drawn })
     }
 
     fn frame_series(&self) -> &'static [FrameSeries] {
@@ -579,6 +591,8 @@ impl<const D: usize, const N: usize, M: Law<D>> Simulation for Run<D, N, M> {
     }
 
     fn draw(&self, folder: &Path, rows: &[HistoryRow]) -> Result<(), RunError> {
-        picture::draw(&self.scene.name, &self.geometry.mesh, &self.motion.u, rows, folder)
+        let mesh = &self.geometry.mesh;
+        picture::draw(&self.scene.name, mesh, &self.motion.u, rows, folder)?;
+        picture::draw_instants(&self.scene.name, mesh, &self.drawn, folder)
     }
 }

@@ -278,4 +278,6 @@ impl Default for StartStage {
 pub struct OutputStage {
     /// A VTU frame every so many steps; 0: the last state only.
     pub frames: i64,
+    /// Times, s, whose states stand side by side in one picture.
+    pub instants: Vec<f64>,
 }

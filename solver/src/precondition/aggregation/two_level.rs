@@ -101,6 +101,12 @@ impl<const B: usize, const M: usize> TwoLevel<B, M, f32> {
 }
 
 impl<const B: usize, const M: usize, T: Real> TwoLevel<B, M, T> {
+    /// Bytes that it keeps, spare room included.
+    #[must_use]
+    pub fn memory_bytes(&self) -> usize {
+        self.level.memory_bytes() + self.coarsest.memory_bytes()
+    }
+
     fn build_on(
         team: &Team,
         matrix: &BlockCsr<B>,

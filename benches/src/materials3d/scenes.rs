@@ -1,42 +1,33 @@
-//! Every material on the same four static scenes in three dimensions.
+//! The scenes: a box that is fixed at one end, and what is done to it.
 
-use crate::{BenchError, BenchOptions, Numbers, Report, Row};
+use super::{DENSITY, POISSON, TOLERANCE, YOUNG};
 use std::time::Instant;
 use stylet_mesh::SimplexMesh;
 use stylet_mesh::generate::kuhn_box;
 use stylet_physics::body::{Body, Density, MassKind};
 use stylet_physics::material::Solid;
 use stylet_physics::statics::{StaticError, StaticMethod, StaticSettings, StaticWorkspace, solve_static};
-use stylet_plot::{Chart, Series, Style};
 use stylet_solver::energy::Energy;
 use stylet_solver::stop::{Criterion, StopRule};
 use stylet_solver::subspace::{Constraint, Subspace};
 use stylet_solver::team::Team;
 
-const MODELS: [&str; 6] =
-    ["linear", "st-venant-kirchhoff", "neo-hookean", "corotated", "fixed-corotated", "stable-neo-hookean"];
-/// Pa.
-const YOUNG: f64 = 34e3;
-/// Low enough for linear tetrahedra not to lock.
-const POISSON: f64 = 0.4;
-/// kg/m³.
-const DENSITY: f64 = 1000.0;
-const TOLERANCE: f64 = 1e-6;
-
 /// A box that is fixed at `x = 0`, and what is done to it.
-struct Scene {
-    name: &'static str,
+pub(super) struct Scene {
+    pub name: &'static str,
+    /// What it is, with its measures.
+    pub about: &'static str,
     /// m.
     size: [f64; 3],
-    /// Cells along each axis of the coarse mesh.
+    /// Cells along each axis of the coarsest mesh.
     cells: [usize; 3],
-    deed: Deed,
+    pub deed: Deed,
     /// Parts in which the deed is done.
     parts: usize,
 }
 
 #[derive(Clone, Copy)]
-enum Deed {
+pub(super) enum Deed {
     /// Its own weight along +x.
     Weight,
     /// A force along +z, N, shared by the nodes of the other end.
@@ -48,117 +39,85 @@ enum Deed {
 }
 
 /// `P L²/EI` is 1 in the bent beam.
-const SCENES: [Scene; 4] = [
-    Scene { name: "hanging block", size: [0.1; 3], cells: [6, 6, 6], deed: Deed::Weight, parts: 1 },
-    Scene { name: "bent beam", size: [0.1, 0.02, 0.02], cells: [20, 4, 4], deed: Deed::Bend(0.045_333), parts: 4 },
+pub(super) const SCENES: [Scene; 5] = [
+    Scene {
+        name: "hanging block",
+        about: "A cube of side 0.1 m hangs from a bonded face by its weight, 9.81 N.",
+        size: [0.1; 3],
+        cells: [3, 3, 3],
+        deed: Deed::Weight,
+        parts: 1,
+    },
+    Scene {
+        name: "bent beam",
+        about: "A beam of 0.1 × 0.02 × 0.02 m, clamped at one end, bears 45.3 mN across the other (P L²/EI = 1).",
+        size: [0.1, 0.02, 0.02],
+        cells: [8, 3, 3],
+        deed: Deed::Bend(0.045_333),
+        parts: 4,
+    },
     Scene {
         name: "twisted beam",
+        about: "The same beam, its other end turned by a quarter of a turn. The force is the torque, N m.",
         size: [0.1, 0.02, 0.02],
-        cells: [20, 4, 4],
+        cells: [8, 3, 3],
         deed: Deed::Twist(std::f64::consts::FRAC_PI_2),
         parts: 6,
     },
-    Scene { name: "compressed block", size: [0.1; 3], cells: [6, 6, 6], deed: Deed::Compress(-0.3), parts: 6 },
+    Scene {
+        name: "compressed block",
+        about: "A cube of side 0.1 m between bonded plates, compressed by 30 %.",
+        size: [0.1; 3],
+        cells: [3, 3, 3],
+        deed: Deed::Compress(-0.3),
+        parts: 6,
+    },
+    Scene {
+        name: SMALL,
+        about: "The same cube compressed by 0.01 %, where all laws are the linear one.",
+        size: [0.1; 3],
+        cells: [3, 3, 3],
+        deed: Deed::Compress(-1e-4),
+        parts: 1,
+    },
 ];
 
+/// The scene in which all laws agree.
+pub(super) const SMALL: &str = "block at small strain";
+
 /// What is measured of a solved scene.
-struct Outcome {
+pub(super) struct Outcome {
     /// Force, N, or torque, N m, at the fixed end, part by part.
-    forces: Vec<f64>,
+    pub forces: Vec<f64>,
     /// Mean displacement of the other end along the deed, m.
-    displacement: f64,
-    newton: usize,
-    cg: usize,
-    smallest_j: f64,
-    seconds: f64,
-    tetrahedra: usize,
+    pub displacement: f64,
+    pub newton: usize,
+    pub cg: usize,
+    pub smallest_j: f64,
+    pub seconds: f64,
+    pub tetrahedra: usize,
 }
 
-pub(crate) fn run(options: &BenchOptions, say: &mut dyn FnMut(&str)) -> Result<Report, BenchError> {
-    let mut report = Report::new("materials3d", options.threads);
-    let mut curves = Vec::new();
-    for scene in &SCENES {
-        for model in MODELS {
-            if options.stopped() {
-                break;
-            }
-            say(&format!("{}, {model}", scene.name));
-            let coarse = scene.solve(model, 1, options);
-            let fine = if options.quick { None } else { Some(scene.solve(model, 2, options)) };
-            if let (Deed::Compress(_), Ok(outcome)) = (scene.deed, &coarse) {
-                curves.push(scene.curve(model, outcome));
-            }
-            report.rows.push(row(scene, model, coarse, fine, options.threads));
-        }
+impl Outcome {
+    /// Force or torque at the end.
+    pub fn force(&self) -> f64 {
+        self.forces.last().copied().unwrap_or(f64::NAN)
     }
-    if let Some(folder) = &options.out {
-        let chart = Chart {
-            title: "Block of 0.1 m compressed between bonded plates".into(),
-            x_label: "compression (%)".into(),
-            y_label: "force (N)".into(),
-            series: curves,
-            ..Chart::default()
-        };
-        report.write(folder, "materials3d-compression.svg", &chart.to_svg()?)?;
-    }
-    Ok(report)
-}
-
-/// The row of the coarse mesh; its error is the difference from the fine one.
-fn row(
-    scene: &Scene,
-    model: &str,
-    coarse: Result<Outcome, StaticError>,
-    fine: Option<Result<Outcome, StaticError>>,
-    threads: usize,
-) -> Row {
-    let mut row =
-        Row { case: scene.name.into(), method: model.into(), tolerance: Some(TOLERANCE), threads, ..Row::default() };
-    let outcome = match coarse {
-        Ok(outcome) => outcome,
-        Err(error) => {
-            row.note = error.to_string();
-            return row;
-        }
-    };
-    row.ok = true;
-    let force = |outcome: &Outcome| outcome.forces.last().copied().unwrap_or(0.0);
-    match fine {
-        Some(Ok(fine)) => {
-            let relative = |ours: f64, better: f64| ((ours - better) / better).abs();
-            row.error.insert("force", relative(force(&outcome), force(&fine)));
-            if outcome.displacement != 0.0 {
-                row.error.insert("displacement", relative(outcome.displacement, fine.displacement));
-            }
-        }
-        Some(Err(error)) => row.note = format!("no finer reference: {error}"),
-        None => {}
-    }
-    row.iterations = Some(outcome.newton as u64);
-    row.seconds = Some(outcome.seconds);
-    row.more = Numbers::from([
-        ("tetrahedra", outcome.tetrahedra as f64),
-        ("force_n_or_nm", force(&outcome)),
-        ("displacement_mm", 1e3 * outcome.displacement),
-        ("cg", outcome.cg as f64),
-        ("min_j", outcome.smallest_j),
-    ]);
-    row
 }
 
 impl Scene {
     /// Solves it with `finer` times the cells along each axis.
-    fn solve(&self, model: &str, finer: usize, options: &BenchOptions) -> Result<Outcome, StaticError> {
+    pub fn solve(&self, model: &str, finer: usize, threads: usize) -> Result<Outcome, StaticError> {
         let cells = self.cells.map(|n| finer * n);
         let mesh = kuhn_box::<3, 4>([0.0; 3], self.size, cells).expect("a box");
         let solid = Solid::from_young_poisson(model, YOUNG, POISSON).expect("a law of the list");
         let mut body = Body::new(&mesh, solid, 1.0).expect("cells with volume");
-        body.set_threads(options.threads);
+        body.set_threads(threads);
         body.set_mass(MassKind::Lumped, &Density::Uniform(DENSITY)).expect("a density");
         let held = self.held(&mesh);
         let stop = StopRule { tolerance: TOLERANCE, criterion: Criterion::Reaction, round_floor: 0.0 };
         let settings = StaticSettings::new(StaticMethod::NewtonCg, stop);
-        let mut workspace = StaticWorkspace::on(&Team::new(options.threads));
+        let mut workspace = StaticWorkspace::on(&Team::new(threads));
         let (mut load, mut u) = (vec![0.0; body.dim()], vec![0.0; body.dim()]);
         let mut internal = load.clone();
         let (mut forces, mut newton, mut cg) = (Vec::new(), 0, 0);
@@ -181,6 +140,20 @@ impl Scene {
             seconds: since.elapsed().as_secs_f64(),
             tetrahedra: mesh.n_cells(),
         })
+    }
+
+    /// What the scene is about: the displacement under a load, the force of a motion.
+    pub fn answer(&self, outcome: &Outcome) -> f64 {
+        match self.deed {
+            Deed::Weight | Deed::Bend(_) => outcome.displacement,
+            Deed::Twist(_) | Deed::Compress(_) => outcome.force(),
+        }
+    }
+
+    /// How far the other end has been moved at the end of each part, %.
+    pub fn percents(&self) -> Vec<f64> {
+        let Deed::Compress(strain) = self.deed else { return Vec::new() };
+        (1..=self.parts).map(|part| -100.0 * strain * part as f64 / self.parts as f64).collect()
     }
 
     fn is_far(&self, x: &[f64; 3]) -> bool {
@@ -255,19 +228,6 @@ impl Scene {
         let (sum, count) = far.fold((0.0, 0), |(sum, count), (_, u)| (sum + u[axis], count + 1));
         sum / f64::from(count)
     }
-
-    /// Force against compression.
-    fn curve(&self, model: &str, outcome: &Outcome) -> Series {
-        let Deed::Compress(strain) = self.deed else { return Series::default() };
-        let percent = |part: usize| -100.0 * strain * part as f64 / self.parts as f64;
-        let points = outcome.forces.iter().enumerate().map(|(part, force)| (percent(part + 1), force.abs()));
-        Series {
-            name: model.into(),
-            points: std::iter::once((0.0, 0.0)).chain(points).collect(),
-            style: Style::Line,
-            ..Series::default()
-        }
-    }
 }
 
 #[cfg(test)]
@@ -276,12 +236,11 @@ mod tests {
 
     #[test]
     fn reactions_balance_loads() {
-        let options = BenchOptions { threads: 1, ..BenchOptions::default() };
         let [hanging, bent, ..] = &SCENES;
         // The block weighs 9.81 N, of which the fixed nodes carry their own share: a sixth of two half cells.
-        let outcome = hanging.solve("neo-hookean", 1, &options).unwrap();
-        assert!(outcome.displacement > 0.0 && outcome.forces[0] > 8.0 && outcome.forces[0] < 9.81);
-        let outcome = bent.solve("stable-neo-hookean", 1, &options).unwrap();
+        let outcome = hanging.solve("neo-hookean", 2, 1).unwrap();
+        assert!(outcome.displacement > 0.0 && outcome.force() > 8.0 && outcome.force() < 9.81);
+        let outcome = bent.solve("stable-neo-hookean", 2, 1).unwrap();
         assert!((outcome.forces[3] - 0.045_333).abs() < 1e-5, "{}", outcome.forces[3]);
     }
 }
