@@ -33,3 +33,36 @@ pub trait BlockHessian<const B: usize>: Energy {
     /// The Hessian at the point of the last [`linearize`](Energy::linearize).
     fn matrix(&self) -> &BlockCsr<B>;
 }
+
+/// Methods compiled for `&mut dyn BlockHessian` serve every energy.
+impl<E: Energy + ?Sized> Energy for &mut E {
+    fn dim(&self) -> usize {
+        (**self).dim()
+    }
+
+    fn value(&mut self, x: &[f64]) -> f64 {
+        (**self).value(x)
+    }
+
+    fn gradient(&mut self, x: &[f64], g: &mut [f64]) {
+        (**self).gradient(x, g);
+    }
+
+    fn linearize(&mut self, x: &[f64]) {
+        (**self).linearize(x);
+    }
+
+    fn hessian_apply(&self, p: &[f64], hp: &mut [f64]) {
+        (**self).hessian_apply(p, hp);
+    }
+
+    fn max_step(&mut self, x: &[f64], p: &[f64], limit: f64) -> f64 {
+        (**self).max_step(x, p, limit)
+    }
+}
+
+impl<const B: usize, E: BlockHessian<B> + ?Sized> BlockHessian<B> for &mut E {
+    fn matrix(&self) -> &BlockCsr<B> {
+        (**self).matrix()
+    }
+}

@@ -244,7 +244,8 @@ impl<const D: usize> Equilibrium<D> {
             _ => &Identity,
         };
         let external = norm2(load);
-        let mut energy = Timed { inner: Loaded::new(body, load), stages };
+        let mut timed = Timed { inner: Loaded::new(body, load), stages };
+        let mut energy: &mut dyn BlockHessian<D> = &mut timed;
         let report =
             nonlinear_cg(&mut energy, preconditioner, subspace, external, u, &settings, &mut self.nonlinear_cg)
                 .map_err(|e| format!("nonlinear conjugate gradients: {e}"))?;
@@ -272,7 +273,8 @@ impl<const D: usize> Equilibrium<D> {
             ..NewtonSettings::new(stop)
         };
         let external = norm2(load);
-        let mut energy = Timed { inner: Loaded::new(body, load), stages };
+        let mut timed = Timed { inner: Loaded::new(body, load), stages };
+        let mut energy: &mut dyn BlockHessian<D> = &mut timed;
         let report = newton_cg(&mut energy, subspace, external, u, &settings, &mut self.newton)
             .map_err(|e| format!("Newton-CG: {e}"))?;
         self.outcome("Newton-CG", &report, report.inner_iterations, external)

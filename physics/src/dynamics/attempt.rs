@@ -11,7 +11,7 @@ use crate::material::Hyperelastic;
 use std::time::Instant;
 use stylet_mesh::CellId;
 use stylet_solver::LinearOperator;
-use stylet_solver::energy::Energy;
+use stylet_solver::energy::{BlockHessian, Energy};
 use stylet_solver::linear::{CgError, CgSettings, projected_cg};
 use stylet_solver::nonlinear::{LineSearch, NewtonSettings, line_search::Armijo, newton_cg_with};
 use stylet_solver::precondition::PreconditionerError;
@@ -191,8 +191,10 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Attempt<'_, D, N, M> {
         let since = Instant::now();
         energy.choose_start(&self.start.u, self.subspace, &mut it.u, &mut it.rhs);
         let mut m = Followed { team: &it.team, inner: &mut *it.preconditioner };
+        // By a pointer: the method is compiled once, not once for each law.
+        let mut by_pointer: &mut dyn BlockHessian<D> = &mut energy;
         let solved =
-            newton_cg_with(&mut energy, &mut m, self.subspace, external, &mut it.u, &settings, &mut it.newton)?;
+            newton_cg_with(&mut by_pointer, &mut m, self.subspace, external, &mut it.u, &settings, &mut it.newton)?;
         report.elements_updated += energy.elements_updated;
         it.times.add_newton(&energy.times, since);
         report.iterations += solved.inner_iterations;

@@ -25,9 +25,11 @@ const LAST_STEP: f64 = 1e-12;
 fn thickness<const L: usize>(solid: &impl Principal, a: Pack<L>, b: Pack<L>) -> Pack<L> {
     let mut searches = [Search::START; L];
     let (mut q, mut open) = (Pack::ONE, [true; L]);
-    let pull = solid.gradient(&[a, b, Pack::ZERO])[2];
+    let flat = [a, b, Pack::ZERO];
+    let (pull, rate) = (solid.gradient(&flat)[2], solid.curvature(&flat).scaling[2][2]);
     for l in 0..L {
-        if pull.0[l] >= 0.0 {
+        // Energies that are even in the thickness have no slope there, and may still fall.
+        if pull.0[l] > 0.0 || (pull.0[l] == 0.0 && rate.0[l] >= 0.0) {
             (q.0[l], open[l]) = (0.0, false);
         }
     }

@@ -4,7 +4,7 @@ use super::{Preconditioning, StaticError, StaticMethod, StaticReport, StaticSett
 use crate::body::{Body, Loaded};
 use crate::material::Hyperelastic;
 use stylet_mesh::CellId;
-use stylet_solver::energy::Energy;
+use stylet_solver::energy::{BlockHessian, Energy};
 use stylet_solver::linear::{CgSettings, projected_cg};
 use stylet_solver::nonlinear::{
     LbfgsSettings, NewtonSettings, NonlinearCgSettings, NonlinearError, NonlinearReport, lbfgs, newton_cg_with,
@@ -140,7 +140,9 @@ fn equilibrate<const D: usize, const N: usize, M: Hyperelastic<D>>(
         body.linearize(u);
         preconditioner.rebuild(body.stiffness(), subspace).map_err(|error| Failure::Curable(error.to_string()))?;
     }
-    let mut energy = Loaded::new(body, load);
+    // By a pointer: methods are compiled once, not once for each law.
+    let mut loaded = Loaded::new(body, load);
+    let mut energy: &mut dyn BlockHessian<D> = &mut loaded;
     let max_iterations = settings.max_iterations;
     match settings.method {
         StaticMethod::NonlinearCg { direction, step } => {

@@ -421,7 +421,9 @@ fn warm_steps_allocate_nothing() {
         let damping = Damping { mass: 1.0, stiffness: 1e-3 };
         let mut it = Integrator::new(DynamicsSettings { solution, damping, ..tight(2e-3) }, &Team::serial());
         let mut state = it.start(&mut body, &held, &mut drive).unwrap();
-        let mut step = || drop(it.step(&mut body, &held, &mut drive, &mut state).unwrap());
+        let mut step = || {
+            it.step(&mut body, &held, &mut drive, &mut state).unwrap();
+        };
         (0..3).for_each(|_| step());
         assert_eq!(allocations(|| (0..5).for_each(|_| step())), 0, "{solution:?}, {rule:?}");
     }

@@ -261,8 +261,17 @@ impl<const D: usize, const N: usize, M: Law<D>> Run<D, N, M> {
             // Steps of one length end where they end; those that adapt, at the end of the run.
             self.motion.dt = self.motion.dt.min(time.end - self.motion.t);
         }
+        let times = *integrator.times();
         let result = integrator.step(&mut self.body, &subspace, &mut drive, &mut self.motion);
         self.stages.lap(Stage::Solve, since);
+        if !M::IS_LINEAR {
+            let now = integrator.times();
+            for (stage, before, now) in
+                [(Stage::Force, times.forces, now.forces), (Stage::Linearize, times.linearize, now.linearize)]
+            {
+                self.stages.add(stage, now.seconds - before.seconds, now.calls - before.calls);
+            }
+        }
         let report = result.map_err(|error| {
             let mut reason = error.to_string();
             if let Some(finding) = inverted_cells(&self.body, &self.geometry.mesh, &self.motion.u) {
