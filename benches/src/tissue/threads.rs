@@ -78,11 +78,11 @@ fn compare(
     let frozen = Released::new(mesh, DT, DAMPING, rule, None, &Team::serial())?.product();
     let x = vec![1.0; frozen.n_rows() * 3];
     let mut y = x.clone();
-    for _ in 0..size(options.quick).1 {
-        if options.stopped() {
-            return Ok(());
-        }
-        for arm in &mut arms {
+    for arm in &mut arms {
+        for _ in 0..size(options.quick).1 {
+            if options.stopped() {
+                return Ok(());
+            }
             let product = product_seconds(&frozen, &arm.team, &x, &mut y);
             let Step { seconds, stages, .. } = arm.released.step()?;
             for (times, t) in arm.times.iter_mut().zip([product, stages[0], stages[1], seconds]) {

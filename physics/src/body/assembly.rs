@@ -132,7 +132,9 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
         self.assembled = true;
         let vertices: Vec<u32> = (0..self.n_vertices() as u32).collect();
         let slots: Vec<usize> = self.elements.live().map(|(_, slot)| slot).collect();
-        self.patch_rows(&vertices, &slots)
+        let built = self.patch_rows(&vertices, &slots);
+        self.stiffness.shrink_to_fit();
+        built
     }
 
     /// Rewrites the rows of `vertices` after the elements in `slots` were new.

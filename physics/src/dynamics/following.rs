@@ -43,6 +43,10 @@ impl<const D: usize> Following<D> {
         lagged: Option<(&BlockCsr<D>, u64)>,
     ) -> Result<(), SparseError> {
         let n = body.n_vertices();
+        if self.matrix.n_rows() == 0 {
+            // All rows at once: added one by one they would leave room for as many.
+            self.matrix = body.stiffness().clone();
+        }
         self.matrix.resize(n)?;
         if self.weights != weights {
             self.seen.clear();

@@ -135,6 +135,14 @@ impl<const B: usize> BlockCsr<B> {
         self.arena.end()
     }
 
+    /// Gives back the room that growing left at the ends of the arrays.
+    pub fn shrink_to_fit(&mut self) {
+        self.slots.shrink_to_fit();
+        self.stamps.shrink_to_fit();
+        self.cols.shrink_to_fit();
+        self.vals.shrink_to_fit();
+    }
+
     /// Appends empty rows, or drops empty rows at the end. Growing costs the number of new rows.
     ///
     /// # Errors

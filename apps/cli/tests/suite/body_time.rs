@@ -56,6 +56,13 @@ fn lazy_stiffness_saves_work_and_stays_near() {
     // A threshold below every change keeps nothing but what is at rest at the start.
     let (most, same) = sum(1e-12);
     assert!(most > 0.95 * all && (same / exact - 1.0).abs() < 1e-6, "{most} of {all}, {same} for {exact}");
+    // By the other measures in N/m; an entry of the stiffness of an element is some 500 N/m.
+    for (measure, threshold) in [("stiffness", 3.0), ("rotation", 1.0)] {
+        let end = run(&folder, &format!("{drop} --set time.lazy={threshold} --set time.lazy_measure={measure}"));
+        let (some, near) = (number(&end, "/body/elements_linearized"), number(&end, "/probes/0/displacement/2"));
+        assert!(some > 0.0 && some < 0.9 * all, "{measure}: {some} of {all} stiffnesses");
+        assert!((near / exact - 1.0).abs() < 0.02, "{measure}: {near} m, without laziness {exact} m");
+    }
 }
 
 #[test]

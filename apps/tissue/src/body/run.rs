@@ -4,7 +4,7 @@ use super::geometry::{Fingerprint, Geometry};
 use super::instants::{self, Instant as Drawn};
 use super::law::Law;
 use super::material::Tissue;
-use super::scene::{MassWord, Method, NewtonKind, PreconditionerKind, Scene, SchemeKind, TimeStage};
+use super::scene::{LazyWord, MassWord, Method, NewtonKind, PreconditionerKind, Scene, SchemeKind, TimeStage};
 use super::setup::Setup;
 use super::{frames, keys, picture, shape};
 use crate::error::RunError;
@@ -18,7 +18,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 use stylet_mesh::{CellId, quality};
-use stylet_physics::body::{Body, Density, MassKind};
+use stylet_physics::body::{Body, Density, LazyRule, MassKind};
 use stylet_physics::dynamics::{
     Adaptive, Damping, Drive, DynamicsSettings, Integrator, Scheme, Solution, State as Motion,
 };
@@ -131,7 +131,11 @@ impl<const D: usize, const N: usize, M: Law<D>> Run<D, N, M> {
             body.set_mass(kind, &Density::ByRegion(densities)).map_err(|e| refuse(format!("mass: {e}")))?;
             stages.lap(Stage::Mass, since);
             if time.lazy > 0.0 {
-                body.set_lazy(time.lazy);
+                body.set_lazy_rule(match time.lazy_measure {
+                    LazyWord::Strain => LazyRule::Strain(time.lazy),
+                    LazyWord::Stiffness => LazyRule::Stiffness(time.lazy),
+                    LazyWord::Rotation => LazyRule::Rotation(time.lazy),
+                });
             }
             let mut one = Integrator::new(settings(scene, time, geometry.size(), &setup.tissues), &team);
             let fail = |e: stylet_physics::dynamics::DynamicsError| RunError::Step { step: 0, reason: e.to_string() };

@@ -139,6 +139,17 @@ pub enum SchemeKind {
     BackwardEuler,
 }
 
+/// How much an element has changed since its stiffness was evaluated.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum LazyWord {
+    /// The relative change of its deformation gradient.
+    Strain,
+    /// How much its stiffness may have changed, N/m.
+    Stiffness,
+    /// The published measure, N/m.
+    Rotation,
+}
+
 /// What is solved in a step.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum NewtonKind {
@@ -180,8 +191,10 @@ pub struct TimeStage {
     pub damping_stiffness: f64,
     /// Mass at the nodes.
     pub mass: MassWord,
-    /// Threshold below which an element keeps its old stiffness; 0: none does.
+    /// Threshold up to which an element keeps its old stiffness; 0: none does.
     pub lazy: f64,
+    /// What is compared with the threshold.
+    pub lazy_measure: LazyWord,
     /// Largest displacement error of one step, m; 0: steps of one length.
     pub adaptive: f64,
 }
@@ -200,6 +213,7 @@ impl Default for TimeStage {
             damping_stiffness: 0.0,
             mass: MassWord::Lumped,
             lazy: 0.0,
+            lazy_measure: LazyWord::Strain,
             adaptive: 0.0,
         }
     }

@@ -38,6 +38,11 @@ impl Words for SchemeKind {
         &[("newmark", Self::Newmark), ("trapezoid", Self::Trapezoid), ("backward-euler", Self::BackwardEuler)];
 }
 
+impl Words for LazyWord {
+    const WORDS: &'static [(&'static str, Self)] =
+        &[("strain", Self::Strain), ("stiffness", Self::Stiffness), ("rotation", Self::Rotation)];
+}
+
 impl Words for NewtonKind {
     const WORDS: &'static [(&'static str, Self)] = &[("one", Self::One), ("full", Self::Full)];
 }
