@@ -1,12 +1,12 @@
 //! Any of the laws, chosen at run time.
 
-use super::plane_stress::PLANE;
 use super::{
     Corotated, FixedCorotated, Hyperelastic, Invertible, Lame, Linear, MaterialError, NeoHookean, PlaneStress,
     RotationTangent, StVenantKirchhoff, StableNeoHookean, Tangent,
 };
 use crate::lanes::Lane;
 use nalgebra::{Matrix2, SMatrix};
+use pulp::{Arch, NullaryFnOnce};
 use serde::{Deserialize, Serialize};
 
 /// A solid whose law is data: bodies of several laws, laws named by a file. Every method asks once which law it is, for
@@ -194,9 +194,133 @@ macro_rules! handed_on {
 }
 pub(super) use handed_on;
 
-impl<const D: usize> Hyperelastic<D> for Solid {
-    handed_on!(D, with_law);
+/// [`Hyperelastic`] of a type that holds one of all laws, in `$d` dimensions, each method handed on by
+/// `$with!(self, law => ...)`. Not generic, so that the kernels of all laws are compiled here, once, and not again in every
+/// crate that makes a body of them; a group of elements pays a call and the choice of its vector width.
+macro_rules! compiled_here {
+    ($type:ty, $d:literal, $with:ident) => {
+        const _: () = {
+            type Matrix = SMatrix<f64, $d, $d>;
+            type Lanes = [[Lane; $d]; $d];
+
+            struct Energy<'a>(&'a $type, &'a Lanes);
+
+            impl NullaryFnOnce for Energy<'_> {
+                type Output = Lane;
+                #[inline(always)]
+                fn call(self) -> Lane {
+                    $with!(self.0, law => law.energy_lanes(self.1))
+                }
+            }
+
+            struct Stress<'a>(&'a $type, &'a Lanes);
+
+            impl NullaryFnOnce for Stress<'_> {
+                type Output = Lanes;
+                #[inline(always)]
+                fn call(self) -> Lanes {
+                    $with!(self.0, law => law.stress_lanes(self.1))
+                }
+            }
+
+            struct Stiffness<'a> {
+                law: &'a $type,
+                f: &'a Lanes,
+                gradients: &'a [[Lane; $d]; $d + 1],
+                weight: &'a Lane,
+                project: bool,
+                upper: &'a mut [Lanes],
+            }
+
+            impl NullaryFnOnce for Stiffness<'_> {
+                type Output = ();
+                #[inline(always)]
+                fn call(self) {
+                    let Self { f, gradients, weight, project, upper, .. } = self;
+                    $with!(self.law, law => law.element_stiffness_lanes(f, gradients, weight, project, upper));
+                }
+            }
+
+            /// Out of line, as it is not generic.
+            fn lanes(stiffness: Stiffness<'_>) {
+                Arch::new().dispatch(stiffness);
+            }
+
+            fn one(
+        law: &$type,
+                f: &Matrix,
+                gradients: &[[f64; $d]; $d + 1],
+                weight: f64,
+                upper: &mut [[[f64; $d]; $d]],
+            ) {
+                $with!(law, law => law.element_stiffness(f, gradients, weight, upper));
+            }
+
+            impl Hyperelastic<$d> for $type {
+                fn requires_positive_j(&self) -> bool {
+                    $with!(self, law => Hyperelastic::<$d>::requires_positive_j(law))
+                }
+
+                fn energy_density(&self, f: &Matrix) -> f64 {
+                    $with!(self, law => law.energy_density(f))
+                }
+
+                fn first_piola_kirchhoff(&self, f: &Matrix) -> Matrix {
+                    $with!(self, law => law.first_piola_kirchhoff(f))
+                }
+
+                fn stress_differential(&self, f: &Matrix, df: &Matrix) -> Matrix {
+                    $with!(self, law => law.stress_differential(f, df))
+                }
+
+                fn tangent(&self, f: &Matrix) -> Tangent<$d> {
+                    $with!(self, law => law.tangent(f))
+                }
+
+                fn projected_tangent(&self, f: &Matrix) -> Tangent<$d> {
+                    $with!(self, law => law.projected_tangent(f))
+                }
+
+                /// For simplices alone, as is that of a group.
+                fn element_stiffness<const N: usize>(
+                    &self,
+                    f: &Matrix,
+                    gradients: &[[f64; $d]; N],
+                    weight: f64,
+                    upper: &mut [[[f64; $d]; $d]],
+                ) {
+                    const { assert!(N == $d + 1, "elements are simplices") };
+                    let gradients = gradients.first_chunk().expect("N = D + 1, as asserted");
+                    one(self, f, gradients, weight, upper);
+                }
+
+                fn energy_lanes(&self, f: &Lanes) -> Lane {
+                    Arch::new().dispatch(Energy(self, f))
+                }
+
+                fn stress_lanes(&self, f: &Lanes) -> Lanes {
+                    Arch::new().dispatch(Stress(self, f))
+                }
+
+                fn element_stiffness_lanes<const N: usize>(
+                    &self,
+                    f: &Lanes,
+                    gradients: &[[Lane; $d]; N],
+                    weight: &Lane,
+                    project: bool,
+                    upper: &mut [Lanes],
+                ) {
+                    const { assert!(N == $d + 1, "elements are simplices") };
+                    let gradients = gradients.first_chunk().expect("N = D + 1, as asserted");
+                    lanes(Stiffness { law: self, f, gradients, weight, project, upper });
+                }
+            }
+        };
+    };
 }
+
+compiled_here!(Solid, 2, with_law);
+compiled_here!(Solid, 3, with_law);
 
 /// As `with_law`, with the plane-stress law of the law in the variable.
 macro_rules! with_plane_law {
@@ -208,9 +332,7 @@ macro_rules! with_plane_law {
     };
 }
 
-impl Hyperelastic<PLANE> for PlaneStress<Solid> {
-    handed_on!(PLANE, with_plane_law);
-}
+compiled_here!(PlaneStress<Solid>, 2, with_plane_law);
 
 impl PlaneStress<Solid> {
     /// Thickness stretch `q` at the in-plane deformation gradient `f`; not positive, or NaN, where there is none.
