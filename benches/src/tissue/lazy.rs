@@ -21,11 +21,19 @@ const OURS: [f64; 4] = [3.0, 10.0, 30.0, 100.0];
 /// Those that the figures are about: the published one, and ours of about the error that was published for it.
 const CHOSEN: (f64, f64) = (1000.0, 100.0);
 
-/// Step and damping time, s. Figures are about those without damping.
-const RUNS: [(f64, f64); 4] = [(SHORT, 0.0), (20e-3, 0.0), (SHORT, 10e-3), (20e-3, 10e-3)];
-/// Steps that resolve how the cube swings: after four seconds of longer ones without damping, phases have little to do with
-/// each other, and nor have the places of two runs.
+const ABOUT: &str = "Only elements that have changed by more than a threshold are evaluated anew. `(12)` is the measure of \
+    Chentanez et al. (2009), in N/m; ours is `LazyRule::Stiffness`, in N/m. `products` are medians of the time over that of a product \
+    with the stiffness on the same threads; `probe_%` is the difference of the mean displacement of the face x = 0 from the run \
+    that evaluates everything; published numbers are those of their Table 1, for a needle in prostate tissue on another machine. \
+    With steps of 1 ms (12) errs more for the same time: it needs the singular vectors of every element in every step, jumps where \
+    two stretches coincide, and does not see an element that turns as a whole.\n\n\
+    ![Error against the time of forces and Jacobian](lazy-tissue.svg)";
+
+/// Step and damping time, s. Long steps without damping are no run: one linearised step of the trapezoid rule gains energy.
+const RUNS: [(f64, f64); 3] = [(SHORT, 0.0), (SHORT, 10e-3), (20e-3, 10e-3)];
 const SHORT: f64 = 1e-3;
+/// Those that the figures are about.
+const JUDGED: [(f64, f64); 2] = [(SHORT, 0.0), (20e-3, 10e-3)];
 
 /// One rule along a run.
 struct Arm {
@@ -35,6 +43,8 @@ struct Arm {
     times: [Vec<f64>; 6],
     iterations: usize,
     updated: u64,
+    /// Why it did not come to its end.
+    failed: Option<String>,
 }
 
 impl Arm {
@@ -64,12 +74,14 @@ pub(crate) fn run(options: &BenchOptions, say: &mut dyn FnMut(&str)) -> Result<R
         say(&case);
         let arms = all_rules(&mesh, dt, damping, &team, options)?;
         rows(&case, &mesh, &arms, options.threads, &mut report);
-        if damping == 0.0 {
+        if JUDGED.contains(&(dt, damping)) {
             figures(&case, &mesh, dt, &arms, options.quick, &mut report);
         }
     }
     if let Some(folder) = &options.out {
         report.write(folder, "lazy-tissue.svg", &page::error_against_time(&report).to_svg()?)?;
+        let page = page::markdown("Lazy Jacobians", ABOUT, &report, options.quick);
+        report.write(folder, "lazy-tissue.md", &page)?;
     }
     Ok(report)
 }
@@ -94,14 +106,19 @@ fn all_rules(
     let mut arms = Vec::new();
     for rule in rules() {
         let released = Released::new(mesh, dt, damping, rule, None, team)?;
-        let mut arm = Arm { rule, released, times: Default::default(), iterations: 0, updated: 0 };
+        let mut arm = Arm { rule, released, times: Default::default(), iterations: 0, updated: 0, failed: None };
         for _ in 0..size(options.quick).1 {
             if options.stopped() {
                 break;
             }
             let product = product_seconds(&frozen, team, &x, &mut y);
-            let step = arm.released.step()?;
-            arm.take(product, &step);
+            match arm.released.step() {
+                Ok(step) => arm.take(product, &step),
+                Err(error) => {
+                    arm.failed = Some(error.to_string());
+                    break;
+                }
+            }
         }
         arms.push(arm);
     }
@@ -127,7 +144,8 @@ fn rows(case: &str, mesh: &SimplexMesh<3, 4>, arms: &[Arm], threads: usize, repo
             case: case.into(),
             method,
             threads,
-            ok: true,
+            ok: arm.failed.is_none(),
+            note: arm.failed.clone().unwrap_or_default(),
             error: Numbers::from([("probe_%", 100.0 * error(mesh, arm, &arms[0]))]),
             iterations: Some((arm.iterations as f64 / steps).round() as u64),
             seconds: Some(median(whole)),
@@ -168,10 +186,8 @@ fn figures(case: &str, mesh: &SimplexMesh<3, 4>, dt: f64, arms: &[Arm], quick: b
     for (arm, name) in [(published, "(12) at 1000"), (ours, "ours at 100 N/m")] {
         let lazy = arm.products(2);
         report.figures.push(at_most(format!("{case}: lazy Jacobian, {name}, products"), lazy, 25.0));
-        if dt == SHORT {
-            let error = 100.0 * error(mesh, arm, &arms[0]);
-            report.figures.push(at_most(format!("{case}: probe error, {name}, %"), error, 0.2));
-        }
+        let error = 100.0 * error(mesh, arm, &arms[0]);
+        report.figures.push(at_most(format!("{case}: probe error, {name}, %"), error, 0.2));
     }
     let most = if dt == SHORT { 60.0 } else { 300.0 };
     report.figures.extend([
@@ -197,7 +213,7 @@ mod tests {
                 assert!(rules.windows(2).all(|pair| pair[1].more["updated_%"] <= pair[0].more["updated_%"]));
             }
             assert_eq!((runs[0].more["updated_%"], runs[0].error["probe_%"]), (100.0, 0.0));
-            assert!(runs[0].case.starts_with("dt 20 ms") || runs[5].error["probe_%"] < 1.0, "{:?}", runs[5]);
+            assert!(runs[5].error["probe_%"] < 1.0, "{:?}", runs[5]);
         }
     }
 }

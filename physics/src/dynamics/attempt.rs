@@ -109,6 +109,10 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Attempt<'_, D, N, M> {
         body.internal_force(&start.u, product);
         it.times.forces.add(since);
         let floor = it.round_off + ROUND_OFF * (norm2(product) + norm2(&it.drive.load));
+        if !floor.is_finite() {
+            let reason = format!("the elastic forces at t = {} s are not finite", start.t);
+            return Err(Unsolved::Other(Setback::Curable(reason)));
+        }
         for (rhs, (load, force)) in it.rhs.iter_mut().zip(it.drive.load.iter().zip(&*product)) {
             *rhs = load - force;
         }

@@ -247,13 +247,13 @@ macro_rules! compiled_here {
             }
 
             fn one(
-        law: &$type,
+                law: &$type,
                 f: &Matrix,
                 gradients: &[[f64; $d]; $d + 1],
                 weight: f64,
                 upper: &mut [[[f64; $d]; $d]],
             ) {
-                $with!(law, law => law.element_stiffness(f, gradients, weight, upper));
+        $with!(law, law => law.element_stiffness(f, gradients, weight, upper));
             }
 
             impl Hyperelastic<$d> for $type {
