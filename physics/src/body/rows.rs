@@ -119,6 +119,11 @@ fn write_buffered<const D: usize>(parts: &mut Parts<D>, team: &Team, matrix: &mu
     let (owner, start, pattern) = (&owner[..], &start[..], &*matrix);
     team.each(parts, |k, part| {
         let mut values = std::mem::take(&mut part.values);
+        // Blocks that are not summed anew keep their numbers.
+        for vertex in part.rows.iter().map(|&vertex| vertex as usize).filter(|&vertex| sum.wants(vertex)) {
+            let row = pattern.row(vertex).1;
+            values[start[vertex] as usize..][..row.len()].copy_from_slice(row);
+        }
         sum.sum(part, &mut Buffered { part: k as u16, owner, start, matrix: pattern, values: &mut values });
         part.values = values;
     });

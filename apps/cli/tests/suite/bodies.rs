@@ -62,7 +62,9 @@ fn a_scene_pays_only_for_what_it_uses() {
     let nonlinear = summary(&folder, bend);
     assert!(!names(&nonlinear).contains(&"mass".to_owned()) && number(&nonlinear, "/body/elements_linearized") > 0.0);
     let moving = summary(&folder, "block-drop --set mesh.cells=[2,2,2] --steps 2");
-    assert_eq!(names(&moving), ["assemble", "constrain", "load", "mass", "mesh", "solve"]);
+    assert_eq!(names(&moving), ["assemble", "constrain", "force", "linearize", "load", "mass", "mesh", "solve"]);
+    let linear = summary(&folder, "block-drop --set mesh.cells=[2,2,2] --steps 2 --set material.model=linear");
+    assert_eq!(names(&linear), ["assemble", "constrain", "load", "mass", "mesh", "solve"]);
     assert!(number(&moving, "/bytes/total") > 0.0 && number(&moving, "/bytes/per_element") > 0.0);
     for absent in ["move", "locate", "rearrange", "capture"] {
         assert!(!names(&moving).contains(&absent.to_owned()), "a scene without contact runs {absent}");
