@@ -184,7 +184,7 @@ fn sizes<const D: usize, const N: usize>(group: &Group<D, N>) -> Lane {
         }
     }
     for k in 0..LANES {
-        largest[k] *= D as f64 * group.weight[k] * largest[k];
+        largest[k] = D as f64 * group.weight[k] * largest[k] * largest[k];
     }
     largest
 }
