@@ -1,6 +1,7 @@
 //! Start meshes of simple domains.
 
 mod delaunay;
+pub mod implicit;
 mod kuhn_box;
 
 pub use delaunay::random_delaunay;
