@@ -114,7 +114,7 @@ fn decompose<const D: usize, const L: usize>(f: &PackMatrix<D, L>) -> PackSvd<D,
         }
         v[j][j] = Pack::ONE;
     }
-    let mut svd = diagonalise(b, v, ORTHOGONAL);
+    let mut svd = diagonalise(b, v);
     for j in 0..D {
         svd.sigma[j] = svd.sigma[j] * scale;
     }
@@ -123,17 +123,13 @@ fn decompose<const D: usize, const L: usize>(f: &PackMatrix<D, L>) -> PackSvd<D,
 
 /// The decomposition from the columns `b` of `F V` and `v` of a rotation `V`.
 #[inline(always)]
-fn diagonalise<const D: usize, const L: usize>(
-    mut b: PackMatrix<D, L>,
-    mut v: PackMatrix<D, L>,
-    orthogonal: f64,
-) -> PackSvd<D, L> {
+fn diagonalise<const D: usize, const L: usize>(mut b: PackMatrix<D, L>, mut v: PackMatrix<D, L>) -> PackSvd<D, L> {
     const { assert!(D == 2 || D == 3, "singular values of 2 x 2 and 3 x 3 matrices") };
     for _ in 0..MAX_SWEEPS {
         let mut rotated = Pack::ZERO;
         for p in 0..D {
             for q in p + 1..D {
-                rotated += orthogonalise(&mut b, &mut v, p, q, orthogonal);
+                rotated += orthogonalise(&mut b, &mut v, p, q);
             }
         }
         if !any_not(&(-rotated).above(-0.5)) {
@@ -187,10 +183,9 @@ fn orthogonalise<const D: usize, const L: usize>(
     v: &mut PackMatrix<D, L>,
     p: usize,
     q: usize,
-    orthogonal: f64,
 ) -> Pack<L> {
     let (pp, qq, pq) = (dot(&b[p], &b[p]), dot(&b[q], &b[q]), dot(&b[p], &b[q]));
-    let bound = (pp * qq) * orthogonal;
+    let bound = (pp * qq) * ORTHOGONAL;
     let relevant = Pack::splat(NEGLIGIBLE).where_less(pp.max(qq), pq * pq, Pack::ZERO);
     let needed = bound.where_less(relevant, Pack::ONE, Pack::ZERO);
     // tan(2 angle) = x / d, the smaller of the two angles.

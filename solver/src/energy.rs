@@ -26,6 +26,12 @@ pub trait Energy {
         let _ = (x, p);
         limit
     }
+
+    /// Rounding errors that a value may hold beyond a few units in its own last place, because its terms cancel: two values
+    /// that differ by no more are the same to a line search, which then goes by the gradient. Zero by default.
+    fn value_round_off(&self) -> f64 {
+        0.0
+    }
 }
 
 /// An energy whose Hessian is assembled in blocks.
@@ -58,6 +64,10 @@ impl<E: Energy + ?Sized> Energy for &mut E {
 
     fn max_step(&mut self, x: &[f64], p: &[f64], limit: f64) -> f64 {
         (**self).max_step(x, p, limit)
+    }
+
+    fn value_round_off(&self) -> f64 {
+        (**self).value_round_off()
     }
 }
 

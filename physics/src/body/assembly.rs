@@ -181,7 +181,7 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
         let RowScratch { columns, blocks, .. } = &mut scratch;
         columns.clear();
         for corner in self.stars.corners(vertex) {
-            columns.extend(self.elements.vertices(corner.slot::<D, N>()));
+            columns.extend(self.elements.vertices(corner.slot::<N>()));
         }
         columns.sort_unstable();
         columns.dedup();
@@ -192,7 +192,7 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
         blocks.resize(columns.len(), [[0.0; D]; D]);
         for index in 0..self.stars.corners(vertex).len() {
             let corner = self.stars.corners(vertex)[index];
-            let (slot, a) = (corner.slot::<D, N>(), corner.local::<D, N>());
+            let (slot, a) = (corner.slot::<N>(), corner.local::<N>());
             let (vertices, row) = (self.elements.vertices(slot), self.contribution(slot, a));
             for b in 0..N {
                 // Present by construction: the columns were gathered from the same elements.
@@ -238,7 +238,7 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
     /// Sums all rows, whose pattern stands, from elements evaluated on the way.
     fn sum_all(&mut self) {
         let team = self.team_worth();
-        self.parts.follow(team.size(), &self.elements, &self.stars, &self.stiffness);
+        self.parts.follow(team.size(), &self.elements, &self.stars);
         let pass = Evaluated {
             materials: &self.materials,
             elements: &self.elements,
@@ -298,7 +298,7 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
     /// Sums the wanted rows from stored elements, in them what the updated lanes contribute to.
     fn sum_stored(&mut self, wanted: &[bool], updated: Option<&[[bool; LANES]]>) {
         let team = self.team_worth();
-        self.parts.follow(team.size(), &self.elements, &self.stars, &self.stiffness);
+        self.parts.follow(team.size(), &self.elements, &self.stars);
         let kept = Kept { stars: &self.stars, stored: &self.stored, places: &self.places, wanted, updated };
         write_rows(&mut self.parts, &team, &mut self.stiffness, &kept);
         (0..wanted.len()).filter(|&vertex| wanted[vertex]).for_each(|vertex| self.note_row(vertex));

@@ -72,6 +72,15 @@ impl<const D: usize, const N: usize> Group<D, N> {
     }
 }
 
+/// The number of the group whose slots these are, all of them in their order. (Slots that were freed and taken again need
+/// not ascend with their cells.)
+#[inline(always)]
+pub(super) fn whole_group(slots: &[u32]) -> Option<usize> {
+    let first = slots[0] as usize;
+    let in_place = slots.iter().enumerate().all(|(lane, &slot)| slot as usize == first + lane);
+    (slots.len() == LANES && first.is_multiple_of(LANES) && in_place).then_some(first / LANES)
+}
+
 /// What an element knows of its cell.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Element<const D: usize, const N: usize> {
@@ -225,6 +234,33 @@ impl<const D: usize, const N: usize> ElementTable<D, N> {
         let (group, lane) = (&self.groups[slot / LANES], slot % LANES);
         let (vertices, gradients) = (self.vertices(slot), group.lane_gradients(lane));
         Element { vertices, gradients, weight: group.weight[lane], material: group.material }
+    }
+
+    /// The next elements of one material, as many as there are lanes at most. A batch that begins within a group ends with
+    /// it, so that the next one is a whole group if it can be.
+    #[inline(always)]
+    pub fn batch<'b>(&self, slots: &'b [u32]) -> &'b [u32] {
+        let material = |slot: u32| self.groups[slot as usize / LANES].material;
+        let (first, most) = (slots[0], slots.len().min(LANES));
+        let mut len = 1;
+        while len < most && material(slots[len]) == material(first) {
+            let next = slots[len];
+            if next == slots[len - 1] + 1 && (next as usize).is_multiple_of(LANES) {
+                break;
+            }
+            len += 1;
+        }
+        &slots[..len]
+    }
+
+    /// Elements of one material from anywhere side by side; lanes beyond keep what they held.
+    #[inline(always)]
+    pub fn gather(&self, slots: &[u32], group: &mut Group<D, N>) {
+        for (lane, &slot) in slots.iter().enumerate() {
+            let from = &self.groups[slot as usize / LANES];
+            group.material = from.material;
+            group.copy_lane(lane, from, slot as usize % LANES);
+        }
     }
 
     /// Bytes that the table takes.

@@ -2,11 +2,9 @@
 
 use super::Body;
 use super::element::Group;
-use super::kernel::{deformation_gradients, element_forces};
-use super::star::Stars;
-use crate::lanes::{LANES, Lane};
+use super::kernel::deformation_gradients;
+use crate::lanes::LANES;
 use crate::material::Hyperelastic;
-use crate::parallel::chunks;
 use pulp::{Arch, NullaryFnOnce};
 use stylet_solver::LinearOperator;
 use stylet_solver::energy::{BlockHessian, Energy};
@@ -67,25 +65,6 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
         }
     }
 
-    /// Overwrites `force` with the elastic force `dW/du` at the displacement `u` (m), N: what external loads balance.
-    ///
-    /// # Panics
-    /// If a length is not `D` entries per vertex.
-    pub fn internal_force(&mut self, u: &[f64], force: &mut [f64]) {
-        self.check_len(u);
-        self.check_len(force);
-        if M::IS_LINEAR {
-            return self.stiffness.apply(u, force);
-        }
-        let team = self.team_worth();
-        let (materials, groups) = (&self.materials[..], &self.elements.groups[..]);
-        chunks(&team, &mut self.forces, &|first, forces| {
-            Arch::new().dispatch(Forces { materials, groups: &groups[first..], u, forces });
-        });
-        let (stars, buffer) = (&self.stars, self.forces.as_flattened().as_flattened().as_flattened());
-        chunks(&team, force.as_chunks_mut::<D>().0, &|first, force| gather(stars, first, buffer, force));
-    }
-
     #[track_caller]
     pub(super) fn check_len(&self, x: &[f64]) {
         assert_eq!(x.len(), D * self.n_vertices(), "a field has {D} entries per vertex");
@@ -103,36 +82,6 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> NullaryFnOnce for Total
     #[inline(always)]
     fn call(self) -> f64 {
         self.body.sum_energies(self.u)
-    }
-}
-
-/// [`element_forces`] for wide vectors.
-struct Forces<'a, const D: usize, const N: usize, M> {
-    materials: &'a [M],
-    groups: &'a [Group<D, N>],
-    u: &'a [f64],
-    forces: &'a mut [[[Lane; D]; N]],
-}
-
-impl<const D: usize, const N: usize, M: Hyperelastic<D>> NullaryFnOnce for Forces<'_, D, N, M> {
-    type Output = ();
-    #[inline(always)]
-    fn call(self) {
-        element_forces(self.materials, self.groups, self.u, self.forces);
-    }
-}
-
-/// Sums the forces of each star, vertices from `first` on.
-fn gather<const D: usize>(stars: &Stars, first: usize, forces: &[f64], out: &mut [[f64; D]]) {
-    for (offset, force) in out.iter_mut().enumerate() {
-        let mut sum = [0.0; D];
-        for corner in stars.corners(first + offset) {
-            let at = &forces[corner.0 as usize..][..(D - 1) * LANES + 1];
-            for i in 0..D {
-                sum[i] += at[i * LANES];
-            }
-        }
-        *force = sum;
     }
 }
 

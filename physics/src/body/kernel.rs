@@ -4,7 +4,6 @@
 
 use super::element::Group;
 use crate::lanes::{LANES, Lane};
-use crate::material::Hyperelastic;
 
 /// `F` of each lane at the nodal displacement `u` (m).
 #[inline(always)]
@@ -56,32 +55,25 @@ fn accumulate_gradient<const D: usize, const N: usize>(group: &Group<D, N>, u: &
     }
 }
 
-/// Elastic forces `dW/du_a = weight P grad_a` on the corners of each group, N: `N D` lanes per group.
+/// Elastic forces `dW/du_a = weight P grad_a` on the corners of each lane, N, under the stress `P` (Pa).
 #[inline(always)]
-pub(super) fn element_forces<const D: usize, const N: usize, M: Hyperelastic<D>>(
-    materials: &[M],
-    groups: &[Group<D, N>],
-    u: &[f64],
-    forces: &mut [[[Lane; D]; N]],
-) {
-    for (group, out) in groups.iter().zip(forces) {
-        let material = &materials[group.material as usize];
-        let f = deformation_gradients(group, u);
-        let stress = material.stress_lanes(&f);
-        let mut corners = [[[0.0; LANES]; D]; N];
-        for i in 0..D {
-            for a in 0..D {
-                for lane in 0..LANES {
-                    let mut force = 0.0;
-                    for k in 0..D {
-                        force += stress[i][k][lane] * group.gradients[a][k][lane];
-                    }
-                    force *= group.weight[lane];
-                    corners[a + 1][i][lane] = force;
-                    corners[0][i][lane] -= force;
+pub(super) fn corner_forces<const D: usize, const N: usize>(
+    group: &Group<D, N>,
+    stress: &[[Lane; D]; D],
+) -> [[Lane; D]; N] {
+    let mut corners = [[[0.0; LANES]; D]; N];
+    for i in 0..D {
+        for a in 0..D {
+            for lane in 0..LANES {
+                let mut force = 0.0;
+                for k in 0..D {
+                    force += stress[i][k][lane] * group.gradients[a][k][lane];
                 }
+                force *= group.weight[lane];
+                corners[a + 1][i][lane] = force;
+                corners[0][i][lane] -= force;
             }
         }
-        *out = corners;
     }
+    corners
 }

@@ -86,7 +86,7 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
         let Some(mut mass) = self.mass.take() else { return Ok(()) };
         mass.lumped.resize(self.n_vertices(), 0.0);
         for &vertex in vertices {
-            let weight = |corner: &super::star::Corner| self.element_mass(&mass.densities, corner.slot::<D, N>());
+            let weight = |corner: &super::star::Corner| self.element_mass(&mass.densities, corner.slot::<N>());
             let corners = self.stars.corners(vertex as usize);
             mass.lumped[vertex as usize] = corners.iter().map(|corner| weight(corner) / N as f64).sum();
         }
@@ -110,13 +110,13 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
         for &vertex in vertices {
             let corners = self.stars.corners(vertex as usize);
             columns.clear();
-            columns.extend(corners.iter().flat_map(|corner| self.elements.vertices(corner.slot::<D, N>())));
+            columns.extend(corners.iter().flat_map(|corner| self.elements.vertices(corner.slot::<N>())));
             columns.sort_unstable();
             columns.dedup();
             row.clear();
             row.resize(columns.len(), [[0.0]]);
             for corner in corners {
-                let slot = corner.slot::<D, N>();
+                let slot = corner.slot::<N>();
                 let share = self.element_mass(&mass.densities, slot) / (N * (N + 1)) as f64;
                 for b in self.elements.vertices(slot) {
                     let at = columns.partition_point(|&column| column < b);

@@ -12,6 +12,7 @@
 mod assembly;
 mod element;
 mod energy;
+mod forces;
 mod injectivity;
 mod kernel;
 mod lazy;
@@ -183,8 +184,6 @@ pub struct Body<const D: usize, const N: usize, M> {
     team: Team,
     elements_linearized: u64,
     elements_updated: usize,
-    /// Element forces on their way to the vertices.
-    forces: Vec<[[Lane; D]; N]>,
     scratch: assembly::RowScratch<D>,
 }
 
@@ -236,7 +235,6 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
             turns: Vec::new(),
             elements_linearized: 0,
             elements_updated: 0,
-            forces: Vec::new(),
             scratch: assembly::RowScratch::default(),
         };
         let mut by_vertex: Vec<Vec<Corner>> = vec![Vec::new(); mesh.n_vertex_slots()];
@@ -244,7 +242,7 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
             let element = body.element_of(mesh, cell)?;
             let slot = body.elements.insert(cell, &element);
             for a in 0..N {
-                by_vertex[element.vertices[a] as usize].push(Corner::new::<D, N>(slot, a));
+                by_vertex[element.vertices[a] as usize].push(Corner::new::<N>(slot, a));
             }
         }
         body.check_indices()?;
@@ -254,7 +252,6 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
         }
         body.stiffness.resize(mesh.n_vertex_slots())?;
         body.row_revisions.resize(mesh.n_vertex_slots(), 0);
-        body.forces.resize(body.elements.groups.len(), [[[0.0; LANES]; D]; N]);
         if M::IS_LINEAR {
             body.assemble_all()?;
         }
@@ -290,7 +287,7 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
         self.stars.resize(mesh.n_vertex_slots().max(self.stars.n_vertices()));
         for &vertex in &touched {
             for &corner in self.stars.corners(vertex as usize) {
-                let cell = self.elements.cell(corner.slot::<D, N>());
+                let cell = self.elements.cell(corner.slot::<N>());
                 if cell != u32::MAX {
                     corners.push((vertex, cell, corner));
                 }
@@ -301,7 +298,7 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
             let slot = self.elements.insert(cell, element);
             slots.push(slot);
             for a in 0..N {
-                corners.push((element.vertices[a], cell.0, Corner::new::<D, N>(slot, a)));
+                corners.push((element.vertices[a], cell.0, Corner::new::<N>(slot, a)));
             }
         }
         self.check_indices()?;
@@ -317,7 +314,6 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
         }
         self.stiffness.resize(self.stars.n_vertices())?;
         self.row_revisions.resize(self.stars.n_vertices(), 0);
-        self.forces.resize(self.elements.groups.len(), [[[0.0; LANES]; D]; N]);
         if self.assembled {
             self.patch_rows(&touched, &slots)?;
         }
@@ -477,7 +473,6 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
             + size_of::<[[Lane; D]; D]>() * self.references.capacity()
             + size_of::<Stored<D>>() * self.stored.capacity()
             + size_of::<Turn<D>>() * self.turns.capacity()
-            + size_of::<[[Lane; D]; N]>() * self.forces.capacity()
     }
 
     /// Whether linearisations replace the tangent of each element by the nearest positive semidefinite one, so that

@@ -1,4 +1,4 @@
-//! Who sums which rows of the stiffness matrix.
+//! Who sums which rows of the stiffness matrix, and the forces on which vertices.
 //!
 //! Every vertex belongs to one part. A part visits the elements around its vertices in ascending order of their cells and
 //! adds to its own rows alone: elements between parts are evaluated by each of them, so that no two parts write to the
@@ -17,8 +17,11 @@ pub(super) struct Part<const D: usize> {
     pub rows: Vec<u32>,
     /// Slots of the elements around them, cells ascending.
     pub elements: Vec<u32>,
-    /// The rows one after another, on their way to the matrix; of given parts alone.
+    /// Of given parts alone: where each of the rows begins among the values, the rows on their way to the matrix, and the
+    /// forces of the vertices on theirs.
+    pub starts: Vec<u32>,
     pub values: Vec<Block<D>>,
+    pub forces: Vec<[f64; D]>,
 }
 
 /// The parts of a body, and where the row of each vertex is.
@@ -27,14 +30,15 @@ pub(super) struct Parts<const D: usize> {
     pub parts: Vec<Part<D>>,
     /// The part of each vertex.
     pub owner: Vec<u16>,
-    /// Where the row of each vertex begins among the values of its part; of given parts alone.
-    pub start: Vec<u32>,
+    /// The place of each vertex among the rows of its part; of given parts alone.
+    pub place: Vec<u32>,
     /// The first row of each part that is cut in order.
     bounds: Vec<usize>,
     /// Whether owners were given by the caller.
     given: bool,
-    /// Whether the lists follow the mesh and the number of parts.
+    /// Whether the lists follow the mesh and the number of parts, and the starts the pattern of the matrix.
     current: bool,
+    placed: bool,
 }
 
 impl<const D: usize> Parts<D> {
@@ -58,13 +62,7 @@ impl<const D: usize> Parts<D> {
 
     /// Brings the lists up to date, for `n_parts` parts unless the caller has given owners. Vertices that are younger
     /// than the given owners belong to the first part.
-    pub fn follow<const N: usize>(
-        &mut self,
-        n_parts: usize,
-        elements: &ElementTable<D, N>,
-        stars: &Stars,
-        matrix: &BlockCsr<D>,
-    ) {
+    pub fn follow<const N: usize>(&mut self, n_parts: usize, elements: &ElementTable<D, N>, stars: &Stars) {
         let n_parts = if self.given { self.count_given() } else { n_parts };
         if self.current && self.parts.len() == n_parts {
             return;
@@ -79,7 +77,7 @@ impl<const D: usize> Parts<D> {
             part.rows.clear();
             part.elements.clear();
         }
-        self.list_rows(stars, matrix);
+        self.list_rows(stars);
         for (_, slot) in elements.live() {
             let owners = elements.vertices(slot).map(|vertex| self.owner[vertex as usize]);
             for (a, &owner) in owners.iter().enumerate() {
@@ -88,7 +86,24 @@ impl<const D: usize> Parts<D> {
                 }
             }
         }
-        self.current = true;
+        (self.current, self.placed) = (true, false);
+    }
+
+    /// Makes room for the rows of a matrix in given parts whose lists are up to date.
+    pub fn place_rows(&mut self, matrix: &BlockCsr<D>) {
+        if std::mem::replace(&mut self.placed, true) {
+            return;
+        }
+        for part in &mut self.parts {
+            part.starts.clear();
+            let mut length = 0;
+            for &vertex in &part.rows {
+                part.starts.push(length as u32);
+                length += matrix.row(vertex as usize).0.len();
+            }
+            part.values.clear();
+            part.values.resize(length, [[0.0; D]; D]);
+        }
     }
 
     fn count_given(&self) -> usize {
@@ -109,34 +124,31 @@ impl<const D: usize> Parts<D> {
         self.bounds.extend((0..n_parts).map(|part| self.owner.partition_point(|&owner| usize::from(owner) < part)));
     }
 
-    fn list_rows(&mut self, stars: &Stars, matrix: &BlockCsr<D>) {
-        self.start = Vec::new();
+    fn list_rows(&mut self, stars: &Stars) {
+        self.place = Vec::new();
         for vertex in 0..stars.n_vertices() {
-            self.parts[self.owner[vertex] as usize].rows.push(vertex as u32);
+            let rows = &mut self.parts[self.owner[vertex] as usize].rows;
+            if self.given {
+                self.place.push(rows.len() as u32);
+            }
+            rows.push(vertex as u32);
         }
-        if !self.given {
-            self.parts.iter_mut().for_each(|part| part.values = Vec::new());
-            return;
-        }
-        let mut lengths = vec![0; self.parts.len()];
-        for vertex in 0..stars.n_vertices() {
-            let length = &mut lengths[self.owner[vertex] as usize];
-            self.start.push(*length as u32);
-            *length += matrix.row(vertex).0.len();
-        }
-        for (part, length) in self.parts.iter_mut().zip(lengths) {
-            part.values.clear();
-            part.values.resize(length, [[0.0; D]; D]);
+        for part in &mut self.parts {
+            (part.starts, part.values) = (Vec::new(), Vec::new());
+            part.forces.clear();
+            part.forces.resize(if self.given { part.rows.len() } else { 0 }, [0.0; D]);
         }
     }
 
     /// Bytes that the lists take.
     pub fn memory_bytes(&self) -> usize {
         let of_part = |part: &Part<D>| {
-            4 * (part.rows.capacity() + part.elements.capacity()) + size_of::<Block<D>>() * part.values.capacity()
+            4 * (part.rows.capacity() + part.elements.capacity() + part.starts.capacity())
+                + size_of::<Block<D>>() * part.values.capacity()
+                + size_of::<[f64; D]>() * part.forces.capacity()
         };
         2 * self.owner.capacity()
-            + 4 * self.start.capacity()
+            + 4 * self.place.capacity()
             + 8 * self.bounds.capacity()
             + self.parts.iter().map(of_part).sum::<usize>()
     }

@@ -1,7 +1,7 @@
 //! Rows of the stiffness matrix, summed by parts.
 
 use super::assembly::{MAX_PAIRS, add, add_block, at_rest, lane_blocks};
-use super::element::{ElementTable, Group};
+use super::element::{ElementTable, Group, whole_group};
 use super::partition::{Part, Parts};
 use super::star::Stars;
 use super::stored::{self, Stored};
@@ -57,9 +57,10 @@ impl<const D: usize> PartRows<D> for BlockCsr<D> {
 
 /// The rows of a part that lie anywhere, in its buffer.
 struct Buffered<'a, const D: usize> {
-    part: u16,
+    number: u16,
     owner: &'a [u16],
-    start: &'a [u32],
+    place: &'a [u32],
+    starts: &'a [u32],
     matrix: &'a BlockCsr<D>,
     values: &'a mut [Block<D>],
 }
@@ -67,12 +68,12 @@ struct Buffered<'a, const D: usize> {
 impl<const D: usize> PartRows<D> for Buffered<'_, D> {
     #[inline(always)]
     fn owns(&self, vertex: usize) -> bool {
-        self.owner[vertex] == self.part
+        self.owner[vertex] == self.number
     }
 
     #[inline(always)]
     fn row_mut(&mut self, vertex: usize) -> &mut [Block<D>] {
-        &mut self.values[self.start[vertex] as usize..][..self.matrix.row(vertex).0.len()]
+        &mut self.values[self.starts[self.place[vertex] as usize] as usize..][..self.matrix.row(vertex).0.len()]
     }
 }
 
@@ -115,23 +116,24 @@ fn in_row_order<const D: usize>(matrix: &BlockCsr<D>) -> BlockCsr<D> {
 
 /// Parts that lie anywhere: each sums to its buffer, and the buffers are copied.
 fn write_buffered<const D: usize>(parts: &mut Parts<D>, team: &Team, matrix: &mut BlockCsr<D>, sum: &impl RowSum<D>) {
-    let Parts { parts, owner, start, .. } = parts;
-    let (owner, start, pattern) = (&owner[..], &start[..], &*matrix);
+    parts.place_rows(matrix);
+    let Parts { parts, owner, place, .. } = parts;
+    let (owner, place, pattern) = (&owner[..], &place[..], &*matrix);
     team.each(parts, |k, part| {
         let mut values = std::mem::take(&mut part.values);
         // Blocks that are not summed anew keep their numbers.
-        for vertex in part.rows.iter().map(|&vertex| vertex as usize).filter(|&vertex| sum.wants(vertex)) {
-            let row = pattern.row(vertex).1;
-            values[start[vertex] as usize..][..row.len()].copy_from_slice(row);
+        for (&vertex, &start) in part.rows.iter().zip(&part.starts).filter(|&(&vertex, _)| sum.wants(vertex as usize)) {
+            let row = pattern.row(vertex as usize).1;
+            values[start as usize..][..row.len()].copy_from_slice(row);
         }
-        sum.sum(part, &mut Buffered { part: k as u16, owner, start, matrix: pattern, values: &mut values });
+        let (number, starts) = (k as u16, &part.starts[..]);
+        sum.sum(part, &mut Buffered { number, owner, place, starts, matrix: pattern, values: &mut values });
         part.values = values;
     });
     for part in parts {
-        for vertex in part.rows.iter().map(|&vertex| vertex as usize).filter(|&vertex| sum.wants(vertex)) {
-            let (columns, row) = matrix.row_mut(vertex);
-            let from = start[vertex] as usize;
-            row.copy_from_slice(&part.values[from..from + columns.len()]);
+        for (&vertex, &start) in part.rows.iter().zip(&part.starts).filter(|&(&vertex, _)| sum.wants(vertex as usize)) {
+            let (columns, row) = matrix.row_mut(vertex as usize);
+            row.copy_from_slice(&part.values[start as usize..][..columns.len()]);
         }
     }
 }
@@ -183,17 +185,14 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Evaluated<'_, D, N, M> 
         let pairs = N * (N + 1) / 2;
         let mut rest = part.elements.as_slice();
         while !rest.is_empty() {
-            let slots = self.batch(rest);
+            let slots = self.elements.batch(rest);
             rest = &rest[slots.len()..];
-            let first = slots[0] as usize;
-            // Slots that were freed and taken again need not ascend with their cells.
-            let in_place = slots.iter().enumerate().all(|(lane, &slot)| slot as usize == first + lane);
-            let whole = slots.len() == LANES && first.is_multiple_of(LANES) && in_place;
-            let (group, f) = if whole {
-                (&self.elements.groups[first / LANES], &self.references[first / LANES])
-            } else {
-                self.gather(slots, &mut gathered, &mut gathered_f);
-                (&gathered, &gathered_f)
+            let (group, f) = match whole_group(slots) {
+                Some(whole) => (&self.elements.groups[whole], &self.references[whole]),
+                None => {
+                    self.gather(slots, &mut gathered, &mut gathered_f);
+                    (&gathered, &gathered_f)
+                }
             };
             let material = &self.materials[group.material as usize];
             material.element_stiffness_lanes(
@@ -220,30 +219,12 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Evaluated<'_, D, N, M> 
         }
     }
 
-    /// The next elements of one material, as many as there are lanes at most. A batch that begins within a group ends with
-    /// it, so that the next one is a whole group if it can be.
-    #[inline(always)]
-    fn batch<'b>(&self, slots: &'b [u32]) -> &'b [u32] {
-        let material = |slot: u32| self.elements.groups[slot as usize / LANES].material;
-        let (first, most) = (slots[0], slots.len().min(LANES));
-        let mut len = 1;
-        while len < most && material(slots[len]) == material(first) {
-            let next = slots[len];
-            if next == slots[len - 1] + 1 && (next as usize).is_multiple_of(LANES) {
-                break;
-            }
-            len += 1;
-        }
-        &slots[..len]
-    }
-
     /// Elements from anywhere side by side; lanes beyond hold elements of an earlier batch, or none.
     #[inline(always)]
     fn gather(&self, slots: &[u32], group: &mut Group<D, N>, f: &mut [[Lane; D]; D]) {
+        self.elements.gather(slots, group);
         for (lane, &slot) in slots.iter().enumerate() {
             let (from, from_lane) = (slot as usize / LANES, slot as usize % LANES);
-            group.material = self.elements.groups[from].material;
-            group.copy_lane(lane, &self.elements.groups[from], from_lane);
             for i in 0..D {
                 for k in 0..D {
                     f[i][k][lane] = self.references[from][i][k][from_lane];
@@ -302,7 +283,7 @@ impl<const D: usize, const N: usize> Kept<'_, D, N> {
             }
             let mut diagonal = 0;
             for corner in self.stars.corners(vertex) {
-                let (slot, a) = (corner.slot::<D, N>(), corner.local::<D, N>());
+                let (slot, a) = (corner.slot::<N>(), corner.local::<N>());
                 let places = &self.places[slot][a];
                 diagonal = usize::from(places[a]);
                 for b in 0..N {
@@ -324,7 +305,7 @@ impl<const D: usize, const N: usize> Kept<'_, D, N> {
         let Some(updated) = self.updated.filter(|_| len <= Marks::PLACES) else { return Marks(u128::MAX) };
         let mut marks = 0;
         for corner in self.stars.corners(vertex) {
-            let (slot, a) = (corner.slot::<D, N>(), corner.local::<D, N>());
+            let (slot, a) = (corner.slot::<N>(), corner.local::<N>());
             if updated[slot / LANES][slot % LANES] {
                 for place in self.places[slot][a] {
                     marks |= 1u128 << place;

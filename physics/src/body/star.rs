@@ -3,29 +3,24 @@
 //! Sums over a star run in this order, which depends on the mesh alone: not on the slots that elements happen to have,
 //! and not on threads.
 
-use crate::lanes::LANES;
-
-/// A local vertex of an element, as the place of its first force component in the force buffer of the group kernel.
-///
-/// Components of a corner are [`LANES`] places apart, corners of an element `D LANES`, groups `N D LANES`.
+/// A local vertex of the element in a slot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Corner(pub u32);
+pub(super) struct Corner(u32);
 
 impl Corner {
     #[inline]
-    pub fn new<const D: usize, const N: usize>(slot: usize, local: usize) -> Self {
-        Self((((slot / LANES) * N + local) * D * LANES + slot % LANES) as u32)
+    pub fn new<const N: usize>(slot: usize, local: usize) -> Self {
+        Self((slot * N + local) as u32)
     }
 
     #[inline]
-    pub fn slot<const D: usize, const N: usize>(self) -> usize {
-        let at = self.0 as usize;
-        at / (N * D * LANES) * LANES + at % LANES
+    pub fn slot<const N: usize>(self) -> usize {
+        self.0 as usize / N
     }
 
     #[inline]
-    pub fn local<const D: usize, const N: usize>(self) -> usize {
-        self.0 as usize / (D * LANES) % N
+    pub fn local<const N: usize>(self) -> usize {
+        self.0 as usize % N
     }
 }
 
@@ -112,10 +107,10 @@ mod tests {
 
     #[test]
     fn a_corner_names_its_slot_and_vertex() {
-        for slot in [0, 1, LANES - 1, LANES, 7 * LANES + 2] {
+        for slot in [0, 1, 3, 4, 30] {
             for local in 0..4 {
-                let corner = Corner::new::<3, 4>(slot, local);
-                assert_eq!((corner.slot::<3, 4>(), corner.local::<3, 4>()), (slot, local));
+                let corner = Corner::new::<4>(slot, local);
+                assert_eq!((corner.slot::<4>(), corner.local::<4>()), (slot, local));
             }
         }
     }

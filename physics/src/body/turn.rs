@@ -19,8 +19,8 @@ const WIDTH: usize = GROUPS * LANES;
 type Wide = Pack<WIDTH, f32>;
 type WideMatrix<const D: usize> = PackMatrix<D, WIDTH, f32>;
 
-/// Sweeps from axes near by, and from any. Jacobi's method converges quadratically: the former leave errors of a few
-/// degrees at worst, and of round-off where axes have turned by less than 20 degrees.
+/// Sweeps from axes near by, whose changes are only compared with a threshold, and from any. Jacobi's method converges
+/// quadratically.
 const SWEEPS_FROM_NEAR: usize = 2;
 const SWEEPS_FROM_AFAR: usize = 6;
 

@@ -168,15 +168,6 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Attempt<'_, D, N, M> {
         for i in 0..it.u.len() {
             it.u[i] = it.u_hat[i] + c.cx * it.a[i];
         }
-        let external = self.scale(it, c);
-        let mut settings = NewtonSettings::new(StopRule {
-            round_floor: it.settings.stop.round_floor + it.round_off + ROUND_OFF * external,
-            ..it.settings.stop
-        });
-        // Energies decide: a residual may shrink on the way to a saddle, and what an overshoot gains is never lost again.
-        settings.search = LineSearch::Armijo(Armijo::default());
-        settings.max_iterations = max_iterations;
-        settings.max_inner_iterations = it.settings.max_inner_iterations;
         it.newton.invalidate();
         let [x, y, z] = &mut it.scratch;
         let mut energy = Incremental {
@@ -189,11 +180,19 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Attempt<'_, D, N, M> {
             lagged: (damping.stiffness > 0.0).then_some((&it.lagged, it.lagged_number)),
             hessian: &mut it.matrix,
             scratch: [x, y, z],
+            round_off: it.energy_round_off,
             elements_updated: 0,
             times: StageTimes::default(),
         };
         let since = Instant::now();
         energy.choose_start(&self.start.u, self.subspace, &mut it.u, &mut it.rhs);
+        let external = energy.scale(&self.start.u, &it.u, &mut it.rhs);
+        let round_floor = it.settings.stop.round_floor + it.round_off + ROUND_OFF * external;
+        let mut settings = NewtonSettings::new(StopRule { round_floor, ..it.settings.stop });
+        // Energies decide: a residual may shrink on the way to a saddle, and what an overshoot gains is never lost again.
+        settings.search = LineSearch::Armijo(Armijo::default());
+        settings.max_iterations = max_iterations;
+        settings.max_inner_iterations = it.settings.max_inner_iterations;
         let mut m = Followed { team: &it.team, inner: &mut *it.preconditioner };
         // By a pointer: the method is compiled once, not once for each law.
         let mut by_pointer: &mut dyn BlockHessian<D> = &mut energy;
@@ -236,24 +235,6 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Attempt<'_, D, N, M> {
             direction[i] = it.u[i] - self.start.u[i];
         }
         self.body.max_step(&self.start.u, direction, 1.0) >= 1.0
-    }
-
-    /// Size of the forces of this step, N: the load, and elastic forces and inertia at its start and at the guess (where
-    /// constrained nodes have moved).
-    fn scale(&mut self, it: &mut Integrator<D>, c: &Coefficients) -> f64 {
-        let [force, product, way] = &mut it.scratch;
-        let mut scale = norm2(&it.drive.load);
-        for u in [&self.start.u, &it.u] {
-            self.body.internal_force(u, force);
-            for i in 0..u.len() {
-                way[i] = (u[i] - it.u_hat[i]) / c.cx;
-            }
-            self.body.apply_mass(way, product);
-            let elastic = norm2(force);
-            // An element that is flat has no finite force in some laws.
-            scale += norm2(product) + if elastic.is_finite() { elastic } else { 0.0 };
-        }
-        scale
     }
 
     /// Velocities and accelerations at the end; refuses an end that inverts an element.

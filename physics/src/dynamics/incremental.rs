@@ -29,6 +29,8 @@ pub(super) struct Incremental<'a, const D: usize, const N: usize, M> {
     pub lagged: Option<(&'a BlockCsr<D>, u64)>,
     pub hessian: &'a mut Following<D>,
     pub scratch: [&'a mut Vec<f64>; 3],
+    /// Rounding errors of the strain energy, J.
+    pub round_off: f64,
     pub elements_updated: u64,
     pub times: StageTimes,
 }
@@ -47,6 +49,25 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Incremental<'_, D, N, M
         if energy < self.value(u) {
             u.copy_from_slice(other);
         }
+    }
+
+    /// Size of the forces of the step, N: the load, and elastic forces and inertia where the step and the minimisation start.
+    /// A start that [`choose_start`](Self::choose_start) has turned down would say nothing: what a crushed body would do if it
+    /// went on for a step may be beyond all forces that it ever meets.
+    pub fn scale(&mut self, before: &[f64], u: &[f64], force: &mut [f64]) -> f64 {
+        let mut scale = vector::norm2(self.load);
+        for u in [before, u] {
+            self.difference(u);
+            let since = Instant::now();
+            self.body.internal_force(u, force);
+            self.times.forces.add(since);
+            let [d, _, product] = &mut self.scratch;
+            self.body.apply_mass(d, product);
+            let elastic = vector::norm2(force);
+            // An element that is flat has no finite force in some laws.
+            scale += vector::norm2(product) / self.coefficients.cx + if elastic.is_finite() { elastic } else { 0.0 };
+        }
+        scale
     }
 
     /// Fills the scratch vectors: `u - u^`, `v`, and room for a product.
@@ -128,6 +149,10 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Energy for Incremental<
 
     fn max_step(&mut self, u: &[f64], p: &[f64], limit: f64) -> f64 {
         self.body.max_step(u, p, limit)
+    }
+
+    fn value_round_off(&self) -> f64 {
+        self.round_off
     }
 }
 

@@ -54,6 +54,8 @@ pub struct Integrator<const D: usize> {
     pub(super) a: Vec<f64>,
     /// What rounding errors leave of a residual, N, and the number of elements that it was found for.
     pub(super) round_off: f64,
+    /// The same of the strain energy, J.
+    pub(super) energy_round_off: f64,
     round_off_of: usize,
     pub(super) times: StageTimes,
     /// The state at the start of a part of a step that is made of several.
@@ -83,6 +85,7 @@ impl<const D: usize> Integrator<D> {
             v: Vec::new(),
             a: Vec::new(),
             round_off: 0.0,
+            energy_round_off: 0.0,
             round_off_of: 0,
             times: StageTimes::default(),
             part: State::default(),
@@ -350,6 +353,7 @@ impl<const D: usize> Integrator<D> {
         }
         if self.round_off_of != body.n_elements() {
             self.round_off = ROUND_OFF_UNITS * body.force_round_off();
+            self.energy_round_off = body.energy_round_off();
             self.round_off_of = body.n_elements();
         }
         let [x, y, z] = &mut self.scratch;

@@ -131,6 +131,15 @@ pub trait Hyperelastic<const D: usize>: Clone + Send + Sync {
         stress
     }
 
+    /// Overwrites the deformation gradients of several groups of elements with their stresses, Pa: the bits of
+    /// [`stress_lanes`](Self::stress_lanes).
+    #[inline(always)]
+    fn stress_groups(&self, groups: &mut [[[Lane; D]; D]]) {
+        for group in groups {
+            *group = self.stress_lanes(group);
+        }
+    }
+
     /// Stiffnesses of a group of elements, of the projected tangent if `project`: the bits of
     /// [`element_stiffness`](Self::element_stiffness), or, up to rounding, that of the
     /// [`projected_tangent`](Self::projected_tangent).

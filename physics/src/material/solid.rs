@@ -130,73 +130,9 @@ impl Solid {
     }
 }
 
-/// The methods of [`Hyperelastic`] of a law that is data, each handed on by `$with!(self, law => ...)`.
-macro_rules! handed_on {
-    ($d:ident, $with:ident) => {
-        fn requires_positive_j(&self) -> bool {
-            $with!(self, law => Hyperelastic::<$d>::requires_positive_j(law))
-        }
-
-        #[inline(always)]
-        fn energy_density(&self, f: &SMatrix<f64, $d, $d>) -> f64 {
-            $with!(self, law => law.energy_density(f))
-        }
-
-        #[inline(always)]
-        fn first_piola_kirchhoff(&self, f: &SMatrix<f64, $d, $d>) -> SMatrix<f64, $d, $d> {
-            $with!(self, law => law.first_piola_kirchhoff(f))
-        }
-
-        fn stress_differential(&self, f: &SMatrix<f64, $d, $d>, df: &SMatrix<f64, $d, $d>) -> SMatrix<f64, $d, $d> {
-            $with!(self, law => law.stress_differential(f, df))
-        }
-
-        fn tangent(&self, f: &SMatrix<f64, $d, $d>) -> Tangent<$d> {
-            $with!(self, law => law.tangent(f))
-        }
-
-        fn projected_tangent(&self, f: &SMatrix<f64, $d, $d>) -> Tangent<$d> {
-            $with!(self, law => law.projected_tangent(f))
-        }
-
-        fn element_stiffness<const N: usize>(
-            &self,
-            f: &SMatrix<f64, $d, $d>,
-            gradients: &[[f64; $d]; N],
-            weight: f64,
-            upper: &mut [[[f64; $d]; $d]],
-        ) {
-            $with!(self, law => law.element_stiffness(f, gradients, weight, upper));
-        }
-
-        #[inline(always)]
-        fn energy_lanes(&self, f: &[[Lane; $d]; $d]) -> Lane {
-            $with!(self, law => law.energy_lanes(f))
-        }
-
-        #[inline(always)]
-        fn stress_lanes(&self, f: &[[Lane; $d]; $d]) -> [[Lane; $d]; $d] {
-            $with!(self, law => law.stress_lanes(f))
-        }
-
-        #[inline(always)]
-        fn element_stiffness_lanes<const N: usize>(
-            &self,
-            f: &[[Lane; $d]; $d],
-            gradients: &[[Lane; $d]; N],
-            weight: &Lane,
-            project: bool,
-            upper: &mut [[[Lane; $d]; $d]],
-        ) {
-            $with!(self, law => law.element_stiffness_lanes(f, gradients, weight, project, upper));
-        }
-    };
-}
-pub(super) use handed_on;
-
 /// [`Hyperelastic`] of a type that holds one of all laws, in `$d` dimensions, each method handed on by
 /// `$with!(self, law => ...)`. Not generic, so that the kernels of all laws are compiled here, once, and not again in every
-/// crate that makes a body of them; a group of elements pays a call and the choice of its vector width.
+/// crate that makes a body of them; a call pays the choice of its vector width.
 macro_rules! compiled_here {
     ($type:ty, $d:literal, $with:ident) => {
         const _: () = {
@@ -213,13 +149,13 @@ macro_rules! compiled_here {
                 }
             }
 
-            struct Stress<'a>(&'a $type, &'a Lanes);
+            struct Stress<'a>(&'a $type, &'a mut [Lanes]);
 
             impl NullaryFnOnce for Stress<'_> {
-                type Output = Lanes;
+                type Output = ();
                 #[inline(always)]
-                fn call(self) -> Lanes {
-                    $with!(self.0, law => law.stress_lanes(self.1))
+                fn call(self) {
+                    $with!(self.0, law => law.stress_groups(self.1));
                 }
             }
 
@@ -299,7 +235,13 @@ macro_rules! compiled_here {
                 }
 
                 fn stress_lanes(&self, f: &Lanes) -> Lanes {
-                    Arch::new().dispatch(Stress(self, f))
+                    let mut stress = [*f];
+                    self.stress_groups(&mut stress);
+                    stress[0]
+                }
+
+                fn stress_groups(&self, groups: &mut [Lanes]) {
+                    Arch::new().dispatch(Stress(self, groups));
                 }
 
                 fn element_stiffness_lanes<const N: usize>(

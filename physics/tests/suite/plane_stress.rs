@@ -47,6 +47,10 @@ proptest! {
         prop_assume!(q.abs() > THIN || (q == 0.0 && law.thickness_stretch(&(f * 1.02)) == 0.0
                                         && law.thickness_stretch(&(f * 0.98)) == 0.0));
         prop_assume!((q - 0.25).abs() > THIN && (q - 0.65).abs() > THIN);
+        // Nearly incompressible sheets close from most of their thickness to none within a thousandth of stretch: there a
+        // difference quotient of that reach says nothing.
+        let way = df / df.norm() * 4e-3;
+        prop_assume!((law.thickness_stretch(&(f + way)) - law.thickness_stretch(&(f - way))).abs() < 0.08);
         derivatives(&law, model, nu, &f, &df)?;
     }
 

@@ -434,7 +434,7 @@ fn dissipation_of_large_steps() {
         let free = Subspace::new(body.n_vertices());
         let u: Vec<f64> = mesh.points().iter().flat_map(|x| [0.5 * x[0], -0.2 * x[1], -0.2 * x[2]]).collect();
         let mut settings = DynamicsSettings { scheme, solution, ..DynamicsSettings::new(dt) };
-        settings.stop.tolerance = 1e-6;
+        settings.stop.tolerance = 1e-9;
         let mut it = Integrator::new(settings, &Team::serial());
         let rest = vec![0.0; u.len()];
         let mut state = it.start_moving(&mut body, &free, &mut nothing, u, rest).unwrap();

@@ -1,6 +1,6 @@
 //! A line search that reads directional derivatives first and energies only when they leave doubt.
 
-use super::ray::{Accepted, Line, Progress, Trial, secant, start_value};
+use super::ray::{Accepted, Line, Progress, Trial, secant, settled, start_value};
 use super::{DELTA, within_rounding};
 use crate::energy::Energy;
 use crate::nonlinear::progress::{Counts, NonlinearError, Problem};
@@ -56,7 +56,7 @@ pub(super) fn search<const B: usize, E: Energy>(
             return Ok(Some(Accepted { t, norms, value: None, progress: Progress::Unknown }));
         }
         let before = start_value(energy, line, value, counts)?;
-        let after = energy.value(trial.x);
+        let after = settled(energy, before, trial.x);
         counts.values += 1;
         let decreased = after <= before + ARMIJO * t * line.slope;
         let noise = within_rounding(after, before);

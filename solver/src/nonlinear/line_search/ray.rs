@@ -118,7 +118,7 @@ pub(in crate::nonlinear) fn advance<const B: usize, E: Energy>(
         return gradient_first::search(energy, problem, line, limit, value, trial, counts);
     }
     let before = start_value(energy, line, value, counts)?;
-    let mut ray = Ray { energy, problem, line, trial, counts, at: f64::NAN, norms: None };
+    let mut ray = Ray { energy, problem, line, trial, counts, energy_before: before, at: f64::NAN, norms: None };
     let mut start = LineStart { value: before, slope: line.slope, first: line.first, limit };
     if line.guessed && !matches!(search, LineSearch::StrongWolfe(_)) {
         start.first = ray.secant_guess(&start);
@@ -168,6 +168,8 @@ struct Ray<'r, 'l, 't, const B: usize, E> {
     line: &'r Line<'l>,
     trial: &'r mut Trial<'t>,
     counts: &'r mut Counts,
+    /// The energy at the start of the line.
+    energy_before: f64,
     /// The step whose point the trial holds.
     at: f64,
     /// Norms of the gradient, if the trial holds that of its point.
@@ -212,7 +214,7 @@ impl<const B: usize, E: Energy> LineFunction for Ray<'_, '_, '_, B, E> {
     fn value(&mut self, t: f64) -> f64 {
         self.go(t);
         self.counts.values += 1;
-        self.energy.value(self.trial.x)
+        settled(self.energy, self.energy_before, self.trial.x)
     }
 
     fn slope(&mut self, t: f64) -> f64 {
@@ -225,4 +227,10 @@ impl<const B: usize, E: Energy> LineFunction for Ray<'_, '_, '_, B, E> {
         }
         dot(self.trial.g, self.line.direction)
     }
+}
+
+/// The energy at `x`, which is that `before` as far as its rounding errors tell.
+pub(super) fn settled(energy: &mut impl Energy, before: f64, x: &[f64]) -> f64 {
+    let value = energy.value(x);
+    if (value - before).abs() <= energy.value_round_off() { before } else { value }
 }
