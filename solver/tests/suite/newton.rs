@@ -3,10 +3,13 @@
 use crate::common::energies::{Chain, Law, Rosenbrock};
 use crate::common::{distance, rule};
 use stylet_solver::check::{taylor_gradient, taylor_hessian};
-use stylet_solver::energy::Energy;
+use stylet_solver::energy::{BlockHessian, Energy};
+use stylet_solver::nonlinear::line_search::{ApproximateWolfe, Armijo};
 use stylet_solver::nonlinear::{
-    Linearization, NewtonSettings, NewtonWorkspace, NonlinearError, NonlinearReport, Preconditioning, newton_cg,
+    LineSearch, Linearization, NewtonSettings, NewtonWorkspace, NonlinearError, NonlinearReport, Preconditioning,
+    newton_cg,
 };
+use stylet_solver::sparse::BlockCsr;
 use stylet_solver::stop::{Criterion, Stop, StopRule, StopRuleError};
 use stylet_solver::subspace::{Constraint, Subspace};
 use stylet_solver::vector::norm2;
@@ -212,6 +215,75 @@ fn an_impossible_tolerance_stalls_and_says_so() {
     assert_eq!(report.stop, Stop::Stalled, "{report:?}");
     assert!(report.iterations < 50);
     assert!(distance(&x, &chain.solution()) < 1e-12);
+}
+
+/// A chain whose energy comes with errors.
+struct Coarse {
+    chain: Chain,
+    says_so: bool,
+}
+
+const NOISE: f64 = 1e-10;
+
+impl Energy for Coarse {
+    fn dim(&self) -> usize {
+        self.chain.dim()
+    }
+
+    fn value(&mut self, x: &[f64]) -> f64 {
+        self.chain.value(x) + 0.5 * NOISE * (1e12 * x.iter().sum::<f64>()).sin()
+    }
+
+    fn gradient(&mut self, x: &[f64], g: &mut [f64]) {
+        self.chain.gradient(x, g);
+    }
+
+    fn linearize(&mut self, x: &[f64]) {
+        self.chain.linearize(x);
+    }
+
+    fn hessian_apply(&self, p: &[f64], hp: &mut [f64]) {
+        self.chain.hessian_apply(p, hp);
+    }
+
+    fn value_round_off(&self) -> f64 {
+        if self.says_so { NOISE } else { 0.0 }
+    }
+}
+
+impl BlockHessian<2> for Coarse {
+    fn matrix(&self) -> &BlockCsr<2> {
+        self.chain.matrix()
+    }
+}
+
+/// Where energies are noise a search goes by the gradient, if it is told how much of them is.
+#[test]
+fn energies_of_known_rounding_errors_do_not_stop_a_search() {
+    let searches = [
+        LineSearch::Armijo(Armijo::default()),
+        LineSearch::ApproximateWolfe(ApproximateWolfe::default()),
+        LineSearch::GradientFirst,
+    ];
+    for search in searches {
+        for load in [[1e-4, 2e-5], [1e-5, 1e-5], [1e-7, 1e-6]] {
+            let mut coarse = Coarse { chain: Chain::new(20, Law::Cosh, 5.0, load), says_so: true };
+            let (w, mut x, s) = (held(20), vec![0.0; 40], NewtonSettings { search, ..settings(1e-12) });
+            let external = load[0].hypot(load[1]);
+            let report = newton_cg(&mut coarse, &w, external, &mut x, &s, &mut NewtonWorkspace::new()).unwrap();
+            assert_eq!(report.stop, Stop::Converged, "{search:?}, load {load:?}: {report:?}");
+            let solution = coarse.chain.solution();
+            assert!(distance(&x, &solution) < 1e-10 * norm2(&solution), "{search:?}, load {load:?}");
+        }
+    }
+    // Told nothing, a search takes the noise for an energy.
+    let run = |says_so: bool| {
+        let mut coarse = Coarse { chain: Chain::new(20, Law::Cosh, 5.0, [1e-7, 1e-6]), says_so };
+        let s = NewtonSettings { search: searches[0], max_iterations: 4, ..settings(1e-12) };
+        newton_cg(&mut coarse, &held(20), 1e-6, &mut [0.0; 40], &s, &mut NewtonWorkspace::new()).unwrap().stop
+    };
+    assert_eq!(run(true), Stop::Converged);
+    assert_ne!(run(false), Stop::Converged);
 }
 
 #[test]
