@@ -124,7 +124,7 @@ fn decompose<const D: usize, const L: usize>(f: &PackMatrix<D, L>) -> PackSvd<D,
 /// The decomposition from the columns `b` of `F V` and `v` of a rotation `V`.
 #[inline(always)]
 fn diagonalise<const D: usize, const L: usize>(mut b: PackMatrix<D, L>, mut v: PackMatrix<D, L>) -> PackSvd<D, L> {
-    const { assert!(D == 2 || D == 3, "singular values of 2 x 2 and 3 x 3 matrices") };
+    const { assert!(1 <= D && D <= 3, "singular values of matrices up to 3 x 3") };
     for _ in 0..MAX_SWEEPS {
         let mut rotated = Pack::ZERO;
         for p in 0..D {

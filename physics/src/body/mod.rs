@@ -10,6 +10,7 @@
 //! until it is first linearised: a method without a Hessian never pays for one.
 
 mod assembly;
+mod damping;
 mod element;
 mod energy;
 mod forces;
@@ -104,6 +105,14 @@ pub enum BodyError {
         /// The regions that have one.
         known: String,
     },
+    /// A viscosity for a region that has no material.
+    #[error("region {region} has no material to be viscous; regions with one: {known}")]
+    UnknownRegion {
+        /// The region.
+        region: u32,
+        /// The regions that have one.
+        known: String,
+    },
     /// Two materials, or densities, are given for one region, or none at all.
     #[error("region {region} is listed {times} times among the {what}, it must be listed once")]
     RegionListed {
@@ -178,6 +187,7 @@ pub struct Body<const D: usize, const N: usize, M> {
     turns: Vec<Turn<D>>,
     parts: Parts<D>,
     mass: Option<Mass>,
+    damper: Option<Box<damping::Damper<D>>>,
     assembled: bool,
     lazy: LazyRule,
     project: bool,
@@ -228,6 +238,7 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
             stored: Vec::new(),
             parts: Parts::default(),
             mass: None,
+            damper: None,
             assembled: false,
             lazy: LazyRule::Always,
             project: false,
@@ -467,6 +478,7 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
             + self.elements.memory_bytes()
             + self.stars.memory_bytes()
             + self.parts.memory_bytes()
+            + self.damper.as_ref().map_or(0, |damper| damper.memory_bytes())
             + self.mass.as_ref().map_or(0, Mass::memory_bytes)
             + size_of::<u64>() * self.row_revisions.capacity()
             + size_of::<[[u16; N]; N]>() * self.places.capacity()

@@ -147,7 +147,34 @@ pub(super) struct Evaluated<'a, const D: usize, const N: usize, M> {
     pub project: bool,
 }
 
-impl<const D: usize, const N: usize, M: Hyperelastic<D>> RowSum<D> for Evaluated<'_, D, N, M> {
+/// What makes the matrices of a group of elements.
+pub(super) trait GroupStiffness<const D: usize>: Sync {
+    /// As [`Hyperelastic::element_stiffness_lanes`].
+    fn group_stiffness<const N: usize>(
+        &self,
+        f: &[[Lane; D]; D],
+        gradients: &[[Lane; D]; N],
+        weight: &Lane,
+        project: bool,
+        upper: &mut [[[Lane; D]; D]],
+    );
+}
+
+impl<const D: usize, M: Hyperelastic<D>> GroupStiffness<D> for M {
+    #[inline(always)]
+    fn group_stiffness<const N: usize>(
+        &self,
+        f: &[[Lane; D]; D],
+        gradients: &[[Lane; D]; N],
+        weight: &Lane,
+        project: bool,
+        upper: &mut [[[Lane; D]; D]],
+    ) {
+        self.element_stiffness_lanes(f, gradients, weight, project, upper);
+    }
+}
+
+impl<const D: usize, const N: usize, M: GroupStiffness<D>> RowSum<D> for Evaluated<'_, D, N, M> {
     fn wants(&self, _: usize) -> bool {
         true
     }
@@ -164,7 +191,7 @@ struct Evaluate<'a, 'b, const D: usize, const N: usize, M, R> {
     rows: &'a mut R,
 }
 
-impl<const D: usize, const N: usize, M: Hyperelastic<D>, R: PartRows<D>> NullaryFnOnce
+impl<const D: usize, const N: usize, M: GroupStiffness<D>, R: PartRows<D>> NullaryFnOnce
     for Evaluate<'_, '_, D, N, M, R>
 {
     type Output = ();
@@ -174,7 +201,7 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>, R: PartRows<D>> Nullary
     }
 }
 
-impl<const D: usize, const N: usize, M: Hyperelastic<D>> Evaluated<'_, D, N, M> {
+impl<const D: usize, const N: usize, M: GroupStiffness<D>> Evaluated<'_, D, N, M> {
     #[inline(always)]
     fn visit(&self, part: &Part<D>, rows: &mut impl PartRows<D>) {
         for &vertex in &part.rows {
@@ -195,13 +222,7 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Evaluated<'_, D, N, M> 
                 }
             };
             let material = &self.materials[group.material as usize];
-            material.element_stiffness_lanes(
-                f,
-                &group.all_gradients(),
-                &group.weight,
-                self.project,
-                &mut upper[..pairs],
-            );
+            material.group_stiffness(f, &group.all_gradients(), &group.weight, self.project, &mut upper[..pairs]);
             for (lane, &slot) in slots.iter().enumerate() {
                 let blocks = lane_blocks(&upper, lane);
                 let places = &self.places[slot as usize];

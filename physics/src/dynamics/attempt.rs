@@ -126,10 +126,18 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Attempt<'_, D, N, M> {
             axpy(-damping.mass, product, &mut it.rhs);
         }
         let since = Instant::now();
+        body.evaluate_damping(&start.u).map_err(|e| Unsolved::Other(Setback::Final(e.into())))?;
+        let since = it.times.linearize.add(since);
+        let viscous = body.damping();
+        if let Some((matrix, _)) = viscous {
+            matrix.apply_on(&it.team, &it.v_hat, product);
+            axpy(-1.0, product, &mut it.rhs);
+        }
         let stiffness = c.cx + c.cv * damping.stiffness;
-        let weights = Weights { stiffness, mass: 1.0 + c.cv * damping.mass, lagged: 0.0 };
+        let lagged = if viscous.is_some() { c.cv } else { 0.0 };
+        let weights = Weights { stiffness, mass: 1.0 + c.cv * damping.mass, lagged };
         it.matrix
-            .follow(body, weights, None)
+            .follow(body, weights, viscous)
             .map_err(|e| Unsolved::Other(Setback::Final(BodyError::from(e).into())))?;
         it.frozen.refresh(&it.matrix.matrix);
         it.preconditioner.follow(&it.team, &it.matrix.matrix, self.subspace)?;
@@ -158,11 +166,15 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Attempt<'_, D, N, M> {
         let Solution::Newton { max_iterations } = it.settings.solution else { unreachable!("asked for by the caller") };
         let damping = it.settings.damping;
         self.body.set_projection(true);
-        if damping.stiffness > 0.0 {
+        let damped = damping.stiffness > 0.0 || self.body.is_viscous();
+        if damped {
             let since = Instant::now();
-            self.body.linearize(&self.start.u);
+            if damping.stiffness > 0.0 {
+                self.body.linearize(&self.start.u);
+                report.elements_updated += self.body.elements_updated() as u64;
+            }
+            self.body.evaluate_damping(&self.start.u).map_err(|e| Setback::Final(e.into()))?;
             it.times.linearize.add(since);
-            report.elements_updated += self.body.elements_updated() as u64;
             it.lag(self.body)?;
         }
         for i in 0..it.u.len() {
@@ -177,7 +189,7 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Attempt<'_, D, N, M> {
             load: &it.drive.load,
             u_hat: &it.u_hat,
             v_hat: &it.v_hat,
-            lagged: (damping.stiffness > 0.0).then_some((&it.lagged, it.lagged_number)),
+            lagged: damped.then_some((&it.lagged, it.lagged_number)),
             hessian: &mut it.matrix,
             scratch: [x, y, z],
             round_off: it.energy_round_off,
@@ -298,16 +310,24 @@ impl From<Unsolved> for Setback {
 const STALLED: f64 = 1e-9;
 
 impl<const D: usize> Integrator<D> {
-    /// Keeps the stiffness of the body for the damping of a step.
+    /// Keeps the damping matrix of a step, `stiffness K` and what viscosities add, as they are at its start.
     fn lag<const N: usize, M: Hyperelastic<D>>(&mut self, body: &Body<D, N, M>) -> Result<(), Setback> {
         let failed = |error| Setback::Final(BodyError::from(error).into());
+        let (share, viscous) = (self.settings.damping.stiffness, body.damping());
+        let pattern = if share > 0.0 { Some(body.stiffness()) } else { viscous.map(|(matrix, _)| matrix) };
+        let Some(pattern) = pattern else { return Ok(()) };
+        let scale = if share > 0.0 { share } else { 1.0 };
         self.lagged.resize(body.n_vertices()).map_err(failed)?;
         for row in 0..body.n_vertices() {
-            let (columns, blocks) = body.stiffness().row(row);
-            if self.lagged.row(row).0 == columns {
-                self.lagged.row_mut(row).1.copy_from_slice(blocks);
-            } else {
+            let (columns, blocks) = pattern.row(row);
+            if self.lagged.row(row).0 != columns {
                 self.lagged.set_row(row, columns, blocks).map_err(failed)?;
+            }
+            let sums = self.lagged.row_mut(row).1.as_flattened_mut().as_flattened_mut();
+            sums.iter_mut().zip(blocks.as_flattened().as_flattened()).for_each(|(sum, k)| *sum = scale * k);
+            if let (true, Some((matrix, _))) = (share > 0.0, viscous) {
+                let viscous = matrix.row(row).1.as_flattened().as_flattened();
+                sums.iter_mut().zip(viscous).for_each(|(sum, d)| *sum += d);
             }
         }
         self.lagged_number += 1;

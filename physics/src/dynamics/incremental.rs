@@ -25,7 +25,7 @@ pub(super) struct Incremental<'a, const D: usize, const N: usize, M> {
     /// `u^` and `v^`.
     pub u_hat: &'a [f64],
     pub v_hat: &'a [f64],
-    /// The stiffness of the damping and its number; there if that is not zero.
+    /// The damping matrix but for what is in proportion to the mass, and its number; there if that is not zero.
     pub lagged: Option<(&'a BlockCsr<D>, u64)>,
     pub hessian: &'a mut Following<D>,
     pub scratch: [&'a mut Vec<f64>; 3],
@@ -104,7 +104,7 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Energy for Incremental<
         }
         if let Some((lagged, _)) = self.lagged {
             lagged.apply(v, product);
-            value += half_ratio * self.damping.stiffness * vector::dot(v, product);
+            value += half_ratio * vector::dot(v, product);
         }
         if value.is_nan() { f64::INFINITY } else { value }
     }
@@ -124,7 +124,7 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Energy for Incremental<
         }
         if let Some((lagged, _)) = self.lagged {
             lagged.apply(v, product);
-            vector::axpy(self.damping.stiffness, product, g);
+            vector::axpy(1.0, product, g);
         }
     }
 
@@ -135,7 +135,7 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Energy for Incremental<
         self.elements_updated += self.body.elements_updated() as u64;
         let Coefficients { cx, cv, .. } = self.coefficients;
         let mass = 1.0 / cx + self.damping.mass * cv / cx;
-        let weights = Weights { stiffness: 1.0, mass, lagged: self.damping.stiffness * cv / cx };
+        let weights = Weights { stiffness: 1.0, mass, lagged: cv / cx };
         // A pattern beyond 32-bit indices has failed when the body was built.
         if self.hessian.follow(self.body, weights, self.lagged).is_err() {
             self.hessian.reset();

@@ -172,6 +172,13 @@ impl<const D: usize> Integrator<D> {
             body.stiffness().apply(&state.v, product);
             vector::axpy(-damping.stiffness, product, &mut self.rhs);
         }
+        if body.is_viscous() && state.v.iter().any(|&v| v != 0.0) {
+            body.evaluate_damping(&state.u)?;
+            if let Some((matrix, _)) = body.damping() {
+                matrix.apply(&state.v, product);
+                vector::axpy(-1.0, product, &mut self.rhs);
+            }
+        }
         let mut state = state;
         let stop = StopRule { tolerance: START_TOLERANCE, criterion: Criterion::External, round_floor: 0.0 };
         let settings = CgSettings { stop, max_iterations: self.settings.max_inner_iterations };

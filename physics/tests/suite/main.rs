@@ -23,3 +23,4 @@ mod solid_loads;
 mod stability;
 mod statics;
 mod time_stepping;
+mod viscous;

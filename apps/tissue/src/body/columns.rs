@@ -39,6 +39,7 @@ pub(super) const REGION: &[Column] = &[
     optional("young", YOUNG, "Pa", "Young's modulus"),
     optional("poisson", POISSON, "", "Poisson's ratio"),
     optional("density", DENSITY, "kg/m^3", "density"),
+    optional("damping_time", NOT_NEGATIVE, "s", "viscosity over elasticity"),
 ];
 
 const SIDE: Column = optional("side", Kind::Choice(SIDES), "", "a side of the box around the body");

@@ -87,6 +87,8 @@ pub const TABLE: Table<Scene> = Table {
             float: |s| s.material.poisson, |s| Some(Value::Float(s.material.poisson))),
         key!("material.density", DENSITY, "kg/m^3", "1000.0", "density, for gravity and motion",
             float: |s| s.material.density, |s| Some(Value::Float(s.material.density))),
+        key!("material.damping_time", NOT_NEGATIVE, "s", "0.0", "in motion: viscosity over elasticity, as in Kelvin and Voigt's solid; acts on rates of stretching alone",
+            float: |s| s.material.damping_time, |s| Some(Value::Float(s.material.damping_time))),
         key!("material.plane", &["stress", "strain"], "\"stress\"",
             "in two dimensions only: stress for a thin sheet, whose thickness adjusts, strain for a slice of a long body; the same for all regions",
             PlaneKind: |s| s.material.plane, |s| s.material.plane.and_then(PlaneKind::write)),

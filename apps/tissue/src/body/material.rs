@@ -1,7 +1,7 @@
 //! Materials by region: `[material]` and the rows of `[[region]]`.
 
 use super::scene::{MaterialStage, Scene};
-use stylet_physics::material::{Linear, Solid};
+use stylet_physics::material::{Linear, Solid, Viscosity};
 use stylet_scene::Row;
 
 /// A law with the density that belongs to it.
@@ -12,6 +12,7 @@ pub(super) struct Tissue {
     pub young: f64,
     pub poisson: f64,
     pub density: f64,
+    pub viscosity: Option<Viscosity>,
 }
 
 /// Checks a row of `[[region]]`, as far as it can be checked alone.
@@ -38,6 +39,7 @@ pub(super) fn tissues(scene: &Scene) -> Result<Vec<Tissue>, String> {
             young: number("young", base.young),
             poisson: number("poisson", base.poisson),
             density: number("density", base.density),
+            damping_time: number("damping_time", base.damping_time),
             plane: base.plane,
         };
         tissues.push(tissue(&own).map_err(|reason| format!("region (row {}): {reason}", index + 1))?);
@@ -46,9 +48,13 @@ pub(super) fn tissues(scene: &Scene) -> Result<Vec<Tissue>, String> {
 }
 
 fn tissue(stage: &MaterialStage) -> Result<Tissue, String> {
-    let MaterialStage { model, young, poisson, density, .. } = stage.clone();
+    let MaterialStage { model, young, poisson, density, damping_time, .. } = stage.clone();
     let law = Solid::from_young_poisson(&model, young, poisson).map_err(|e| e.to_string())?;
-    Ok(Tissue { law, model, young, poisson, density })
+    let viscosity = match damping_time {
+        0.0 => None,
+        time => Some(Viscosity::kelvin_voigt(law.lame(), time).map_err(|e| e.to_string())?),
+    };
+    Ok(Tissue { law, model, young, poisson, density, viscosity })
 }
 
 /// The laws by region, if all of them are linear: a body of constant stiffness, which is assembled once.

@@ -129,6 +129,11 @@ impl<const D: usize, const N: usize, M: Law<D>> Run<D, N, M> {
                 MassWord::Consistent => MassKind::Consistent,
             };
             body.set_mass(kind, &Density::ByRegion(densities)).map_err(|e| refuse(format!("mass: {e}")))?;
+            for (region, tissue) in setup.tissues.iter().enumerate() {
+                if let Some(viscosity) = tissue.viscosity {
+                    body.set_viscosity(region as u32, viscosity).map_err(|e| refuse(format!("damping_time: {e}")))?;
+                }
+            }
             stages.lap(Stage::Mass, since);
             if time.lazy > 0.0 {
                 body.set_lazy_rule(match time.lazy_measure {

@@ -80,13 +80,22 @@ pub struct MaterialStage {
     pub poisson: f64,
     /// Density, kg/m^3.
     pub density: f64,
+    /// Viscosity over elasticity, s.
+    pub damping_time: f64,
     /// What a body in two dimensions is a section of; `None`: a thin sheet, in plane stress.
     pub plane: Option<PlaneKind>,
 }
 
 impl Default for MaterialStage {
     fn default() -> Self {
-        Self { model: "neo-hookean".to_owned(), young: 34e3, poisson: 0.34, density: 1000.0, plane: None }
+        Self {
+            model: "neo-hookean".to_owned(),
+            young: 34e3,
+            poisson: 0.34,
+            density: 1000.0,
+            damping_time: 0.0,
+            plane: None,
+        }
     }
 }
 
