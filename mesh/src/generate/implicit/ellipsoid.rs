@@ -65,7 +65,7 @@ impl Ellipsoid {
             let g = g2.sqrt();
             let next = s + g2 * (g - 1.0) / slope;
             // Rounding alone makes it fall or stand, and so does a NaN.
-            if !(next > s) {
+            if next <= s || next.is_nan() {
                 break;
             }
             s = next;
