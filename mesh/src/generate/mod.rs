@@ -3,6 +3,7 @@
 mod delaunay;
 pub mod implicit;
 mod kuhn_box;
+pub mod stuff;
 mod tets;
 
 pub use delaunay::random_delaunay;
