@@ -6,6 +6,7 @@
 //! | `shell` | what lies within a given distance of a surface |
 //! | `combine`, `smooth_union` | bodies made of others |
 //! | `placed` | a body moved and turned |
+//! | `surface` | what lies within a closed surface of triangles |
 //! | `strata` | several solids in order of precedence |
 //!
 //! ```
@@ -32,6 +33,7 @@ mod shell;
 mod smooth_union;
 mod sphere;
 mod strata;
+mod surface;
 #[cfg(test)]
 mod tests;
 mod torus_arc;
@@ -49,6 +51,7 @@ pub use shell::Shell;
 pub use smooth_union::SmoothUnion;
 pub use sphere::Sphere;
 pub use strata::Strata;
+pub use surface::{ClosedSurface, SurfaceError};
 pub use torus_arc::TorusArc;
 
 /// A solid by a function of space: negative inside, positive outside, zero on its surface.
