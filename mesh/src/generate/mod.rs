@@ -2,6 +2,7 @@
 
 mod delaunay;
 pub mod implicit;
+pub mod improve;
 mod kuhn_box;
 pub mod stuff;
 mod tets;
