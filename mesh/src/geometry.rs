@@ -22,6 +22,18 @@ pub fn distance2<const D: usize>(p: &[f64; D], q: &[f64; D]) -> f64 {
     dot(&d, &d)
 }
 
+/// The length of a vector.
+#[inline]
+pub fn norm<const D: usize>(v: &[f64; D]) -> f64 {
+    dot(v, v).sqrt()
+}
+
+/// The cross product of two vectors of space.
+#[inline]
+pub fn cross(p: &[f64; 3], q: &[f64; 3]) -> [f64; 3] {
+    [p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]]
+}
+
 /// The longest edge of a simplex, squared.
 #[inline]
 pub fn longest_edge2<const D: usize, const N: usize>(corners: &[[f64; D]; N]) -> f64 {

@@ -2,7 +2,9 @@
 
 mod delaunay;
 pub mod implicit;
+pub mod improve;
 mod kuhn_box;
+pub mod stuff;
 mod tets;
 
 pub use delaunay::random_delaunay;

@@ -164,8 +164,8 @@ fn normal(corners: &[[f64; 3]; 3]) -> [f64; 3] {
     // Differences of numbers scaled down, so that nothing overflows.
     let scale = corners.as_flattened().iter().fold(0.0, |s: f64, x| s.max(x.abs())).max(f64::MIN_POSITIVE);
     let [a, b] = [1, 2].map(|i| geometry::subtract(&corners[i].map(|x| x / scale), &corners[0].map(|x| x / scale)));
-    let n = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-    let length = n.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let n = geometry::cross(&a, &b);
+    let length = geometry::norm(&n);
     if length > 0.0 { n.map(|x| x / length) } else { [0.0; 3] }
 }
 

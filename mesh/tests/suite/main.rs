@@ -36,6 +36,7 @@ mod files_mutations;
 mod files_refused;
 mod files_round_trip;
 mod files_samples;
+mod improving;
 mod locate;
 mod properties;
 mod remesh;
