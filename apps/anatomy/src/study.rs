@@ -7,8 +7,9 @@ use crate::{
 use std::{fs, io::Read, path::Path};
 use stylet_mesh::generate::contours::{ContourError, ContourSet, ContourSettings, Drawing, Repair};
 
-/// Files beyond this are refused: a structure set of a hundred organs has some ten megabytes.
-const LARGEST: u64 = 256 << 20;
+/// Files beyond this are refused: a structure set of a hundred organs has some ten megabytes, and reading takes up to thirty
+/// times the file's size.
+const LARGEST: u64 = 64 << 20;
 
 /// What a file holds.
 #[derive(Clone, Debug, Default, PartialEq)]

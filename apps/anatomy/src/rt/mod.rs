@@ -6,9 +6,12 @@
 //! closed, `OPEN_PLANAR` ones open (which the check of contours refuses), ROIs of points are left out with a note. Planes
 //! are axial. The order of ROI Contour Sequence is the order of precedence.
 //!
+//! Files are Explicit or Implicit VR Little Endian. Every length is checked against the file before it is used.
+//!
 //! Written are files in Explicit VR Little Endian with all modules that the standard demands, but nothing of a patient, and
 //! no date: the same contours make the same bytes.
 
+mod lengths;
 mod plane;
 mod read;
 mod write;

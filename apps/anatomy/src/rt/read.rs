@@ -1,6 +1,6 @@
 //! A structure set's contours.
 
-use super::plane::other_than_axial;
+use super::{is_dicom, lengths, plane::other_than_axial};
 use crate::{
     error::{Place, Problem},
     length::from_mm,
@@ -26,6 +26,10 @@ const DATA: &str = "Contour Data (3006,0050)";
 /// # Errors
 /// [`Problem`], with the ROI and the contour where there is one.
 pub fn read(bytes: &[u8]) -> Result<Study, Problem> {
+    if !is_dicom(bytes) {
+        return Err(Problem::Dicom("expected \"DICM\" after 128 bytes".into()));
+    }
+    lengths::check(bytes)?;
     // What follows the contours' group is of no interest.
     let options = OpenFileOptions::new().read_preamble(ReadPreamble::Always).read_until(Tag(0x3008, 0));
     let file = options.from_reader(bytes).map_err(|error| Problem::Dicom(in_full(&error)))?;
