@@ -1,5 +1,6 @@
 //! Start meshes of simple domains, and of solids given by functions of space.
 
+pub mod contours;
 mod delaunay;
 pub mod implicit;
 pub mod improve;

@@ -30,6 +30,7 @@ mod support;
 
 mod checks;
 mod coarsening;
+mod contours;
 mod exact_counts;
 mod files;
 mod files_mutations;

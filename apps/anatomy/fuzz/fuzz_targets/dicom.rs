@@ -1,0 +1,5 @@
+#![no_main]
+
+include!("check.rs");
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| check(rt::read(bytes)));
