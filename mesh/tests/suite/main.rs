@@ -42,4 +42,5 @@ mod properties;
 mod remesh;
 mod rules;
 mod start_meshes;
+mod stuffing;
 mod sweep;

@@ -32,7 +32,7 @@ pub(super) struct Stage<'a> {
     pub scale: f64,
     /// By vertex: -1 inside, 1 outside, 0 on the surface or of no interest.
     pub signs: Vec<i8>,
-    /// By vertex: the signed distance, m.
+    /// By vertex: a number with the sign of the distance, and near the surface the distance itself, m.
     pub values: Vec<f64>,
     /// Sorted by their ends.
     pub cuts: Vec<Cut>,
@@ -65,7 +65,7 @@ impl<'a> Stage<'a> {
             for &v in cell {
                 let v = v as usize;
                 if stage.values[v].is_nan() {
-                    let value = surfaces[number].value(&complex.points[v])?;
+                    let value = surfaces[number].side(&complex.points[v])?;
                     stage.values[v] = value;
                     stage.signs[v] = i8::from(value > ZERO * scale) - i8::from(value < -ZERO * scale);
                 }

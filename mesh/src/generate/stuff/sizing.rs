@@ -3,11 +3,14 @@
 use super::grid::{Grid, estimate};
 use super::octree::{Octant, Octree};
 use super::surface::{Surface, holder};
-use super::{Border, GenerateError, Settings};
+use super::{Border, GenerateError, Settings, Step};
 use crate::generate::implicit::Strata;
+use crate::geometry::dot;
 
 /// How many times too large an estimate of the final number of cubes may be that is extrapolated from large cubes.
 const DOUBT: f64 = 8.0;
+/// Cubes that a surface misses by no more than this factor of their width count as met: surfaces are curved.
+const MARGIN: f64 = 1.1;
 
 /// Divides the box into cubes: at borders of conforming solids and in named places as small as asked for, elsewhere as
 /// large as the balance allows.
@@ -16,10 +19,12 @@ pub(super) fn cubes(
     strata: &Strata,
     surfaces: &[Surface],
     settings: &Settings,
+    begin: &mut dyn FnMut(Step) -> Result<(), GenerateError>,
 ) -> Result<Octree, GenerateError> {
-    let sizing = Sizing::new(grid, strata, surfaces, settings)?;
+    let sizing = Sizing::new(grid, strata, surfaces, settings);
     let mut octree = Octree::new(grid);
     for level in 0..grid.depth {
+        begin(Step::Cubes { level })?;
         let mut marked = Vec::new();
         for (i, octant) in octree.octants.iter().enumerate() {
             if octant.level == level && sizing.level(octant)? > level {
@@ -63,13 +68,13 @@ impl<'a> Sizing<'a> {
         strata: &'a Strata,
         conforming: &'a [Surface<'a>],
         settings: &'a Settings,
-    ) -> Result<Self, GenerateError> {
+    ) -> Self {
         let inside = |i: usize| settings.solids.get(i).and_then(|s| s.size).map_or(0, |size| grid.level(size));
         let solids = strata.solids().iter().enumerate();
         let solids = solids.map(|(i, s)| (Surface::new(i, &**s), settings.border(i) == Border::Conforming, inside(i)));
         let refinements = settings.refinements.iter().enumerate();
         let refinements = refinements.map(|(i, r)| (Surface::new(i, &*r.shape), grid.level(r.size)));
-        Ok(Self { grid, settings, solids: solids.collect(), conforming, refinements: refinements.collect() })
+        Self { grid, settings, solids: solids.collect(), conforming, refinements: refinements.collect() }
     }
 
     /// The level that a cube's place asks for.
@@ -91,11 +96,22 @@ impl<'a> Sizing<'a> {
                 // Solids after this one have no say in its depth.
                 break;
             }
-            if *conforms {
-                level = level.max(self.grid.border);
+            if *conforms && level.max(octant.level) < self.grid.border && self.is_met(octant, &centre, solid, value)? {
+                level = self.grid.border;
             }
         }
         Ok(level)
+    }
+
+    /// Whether a surface meets a cube, if it is taken to be a plane: the distance of the centre is at most half the cube's
+    /// width along the normal.
+    fn is_met(&self, octant: &Octant, centre: &[f64; 3], solid: &Surface, value: f64) -> Result<bool, GenerateError> {
+        let edges = self.grid.edges(octant.level);
+        let slope = solid.slope(centre, [true; 3], 0.01 * edges[0])?;
+        let steepness = dot(&slope, &slope).sqrt();
+        let width: f64 = (0..3).map(|k| edges[k] * slope[k].abs()).sum();
+        // In the middle of a solid, or where two surfaces are equally near, the slope says nothing.
+        Ok(steepness < 0.5 || value.abs() <= 0.5 * MARGIN * width)
     }
 
     /// The centre of a cube.

@@ -25,19 +25,33 @@ impl<'a> Surface<'a> {
         Self { solid, implicit, bounds: implicit.bounds() }
     }
 
-    /// Signed distance, m; outside the bounds of the solid the distance to these, or less.
+    /// Signed distance, m.
     pub fn value(&self, p: &[f64; 3]) -> Result<f64, GenerateError> {
-        if let Some([lower, upper]) = &self.bounds {
-            let outside = (0..3).map(|k| (lower[k] - p[k]).max(p[k] - upper[k])).fold(f64::NEG_INFINITY, f64::max);
-            if outside > 0.0 {
-                return Ok(outside);
-            }
-        }
         let value = self.implicit.distance(p);
         if value.is_nan() {
             return Err(GenerateError::NotANumber { solid: self.solid, point: *p });
         }
         Ok(value.clamp(-LARGEST, LARGEST))
+    }
+
+    /// A number with the sign of the distance, found sooner: outside the bounds of the solid it is the distance to these
+    /// along an axis.
+    pub fn side(&self, p: &[f64; 3]) -> Result<f64, GenerateError> {
+        let Some([lower, upper]) = &self.bounds else { return self.value(p) };
+        let outside = (0..3).map(|k| (lower[k] - p[k]).max(p[k] - upper[k])).fold(f64::NEG_INFINITY, f64::max);
+        if outside > 0.0 { Ok(outside) } else { self.value(p) }
+    }
+
+    /// The gradient by central differences, along the axes that are `free`.
+    pub fn slope(&self, p: &[f64; 3], free: [bool; 3], step: f64) -> Result<[f64; 3], GenerateError> {
+        let mut slope = [0.0; 3];
+        for k in (0..3).filter(|k| free[*k]) {
+            let (mut low, mut high) = (*p, *p);
+            low[k] -= step;
+            high[k] += step;
+            slope[k] = (self.value(&high)? - self.value(&low)?) / (high[k] - low[k]);
+        }
+        Ok(slope)
     }
 
     /// Whether a box meets the bounds of the solid.
@@ -88,7 +102,7 @@ pub(super) fn between(a: &[f64; 3], b: &[f64; 3], t: f64) -> [f64; 3] {
 /// The first solid that holds a point, by its place in `surfaces`.
 pub(super) fn holder(surfaces: &[Surface], p: &[f64; 3]) -> Result<Option<usize>, GenerateError> {
     for (i, surface) in surfaces.iter().enumerate() {
-        if surface.value(p)? < 0.0 {
+        if surface.side(p)? < 0.0 {
             return Ok(Some(i));
         }
     }
@@ -115,7 +129,7 @@ pub(super) fn project(
         let (mut values, mut normals) = ([0.0; 3], [[0.0; 3]; 3]);
         for i in 0..n {
             values[i] = surfaces[i].value(&p)?;
-            normals[i] = slope(surfaces[i], &p, free, 1e-5 * scale)?;
+            normals[i] = surfaces[i].slope(&p, free, 1e-5 * scale)?;
         }
         if values.iter().all(|v| v.abs() <= 1e-10 * scale) {
             return Ok(Some(p));
@@ -128,18 +142,6 @@ pub(super) fn project(
         }
     }
     Ok(None)
-}
-
-/// The gradient by central differences, along the axes that are free.
-fn slope(surface: &Surface, p: &[f64; 3], free: [bool; 3], step: f64) -> Result<[f64; 3], GenerateError> {
-    let mut slope = [0.0; 3];
-    for k in (0..3).filter(|k| free[*k]) {
-        let (mut low, mut high) = (*p, *p);
-        low[k] -= step;
-        high[k] += step;
-        slope[k] = (surface.value(&high)? - surface.value(&low)?) / (high[k] - low[k]);
-    }
-    Ok(slope)
 }
 
 /// The shortest `d` with `normals[i] . d = values[i]`: a combination of the normals made orthogonal one after another.

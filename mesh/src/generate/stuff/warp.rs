@@ -4,21 +4,26 @@
 //! surface: these slide within what they are bound to.
 
 use super::GenerateError;
-use super::complex::{Complex, Vertex};
+use super::complex::{Complex, OPEN, Vertex};
 use super::cut::Stage;
 use super::surface::{between, project};
 use crate::geometry::{distance2, relative_measure};
+use crate::quality;
 
 /// How near to an end, as parts of the edge, a cut may come: long edges of the lattice, along an axis.
-pub(super) const LONG: f64 = 0.21509;
+pub(super) const LONG: f64 = 0.26;
 /// The same for short edges, from a corner to a centre, and for edges that are none of the lattice's.
-pub(super) const SHORT: f64 = 0.35900;
+pub(super) const SHORT: f64 = 0.38;
 /// The same for the half of a long edge between a centre and the middle of a face of the box.
-pub(super) const HALF: f64 = 0.35900;
+pub(super) const HALF: f64 = 0.38;
 /// A bound vertex that cannot slide is taken to be on the surface if a cut comes nearer to it than this part of the edge.
 const IN_PLACE: f64 = 1.0 / 256.0;
-/// The smallest determinant of the edge vectors over the cube of the longest edge that a move may leave behind.
-const FLATTEST: f64 = 0.01;
+/// The smallest determinant of the edge vectors over the cube of the longest edge that a move may leave behind; no cell of
+/// the lattice with a vertex off the surface comes below.
+pub(super) const FLATTEST: f64 = 0.025;
+/// Angles of cells with a vertex off the surface, if the lattice is cubic: the exhaustive search in `angles.rs` proves it.
+/// Cells with all vertices on the surface could be flat: a move that leaves one outside these angles is not made.
+pub(super) const ANGLES_DEG: [f64; 2] = [8.9, 160.0];
 
 /// How near to its ends a cut of an edge may come.
 pub(super) fn limit(a: &Vertex, b: &Vertex) -> f64 {
@@ -42,7 +47,7 @@ pub(super) fn warp(complex: &mut Complex, stage: &mut Stage) -> Result<(), Gener
             continue;
         }
         let target = match target(complex, stage, &violation)? {
-            Some(point) if guard.allows(complex, v, &point) => point,
+            Some(point) if guard.allows(complex, &stage.signs, v, &point) => point,
             _ if violation.part < IN_PLACE => complex.points[v as usize],
             _ => continue,
         };
@@ -125,15 +130,18 @@ impl Guard {
         Self { places, starts, cells }
     }
 
-    /// Whether no cell around `v` becomes too flat, or flatter than it was, with `v` at `point`.
-    fn allows(&self, complex: &Complex, v: u32, point: &[f64; 3]) -> bool {
+    /// Whether all cells around `v` keep their shape, or become no flatter than they were, with `v` on the surface at
+    /// `point`.
+    fn allows(&self, complex: &Complex, signs: &[i8], v: u32, point: &[f64; 3]) -> bool {
         let place = self.places[v as usize] as usize;
         let around = &self.cells[self.starts[place] as usize..self.starts[place + 1] as usize];
         around.iter().all(|&i| {
             let cell = &complex.cells[i as usize];
             let before = complex.corners(cell);
             let after = std::array::from_fn(|k| if cell[k] == v { *point } else { before[k] });
-            Self::accepts(&after) || relative_measure(&after) > relative_measure(&before)
+            let is_on_surface = complex.labels[i as usize] == OPEN && cell.iter().all(|w| *w == v || signs[*w as usize] == 0);
+            Self::accepts(&after) && !(is_on_surface && has_bad_angle(&after))
+                || relative_measure(&after) >= relative_measure(&before)
         })
     }
 
@@ -141,4 +149,9 @@ impl Guard {
     pub fn accepts(corners: &[[f64; 3]; 4]) -> bool {
         relative_measure(corners) > FLATTEST
     }
+}
+
+fn has_bad_angle(corners: &[[f64; 3]; 4]) -> bool {
+    let (min, max) = quality::angles_deg(corners);
+    min < ANGLES_DEG[0] || max > ANGLES_DEG[1]
 }
