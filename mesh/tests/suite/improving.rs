@@ -100,8 +100,11 @@ fn volume(tets: &Tets, region: u32) -> f64 {
     cells.map(|(cell, _)| signed_measure(&corners(tets, cell))).sum()
 }
 
-/// The facets between each two regions, and those of the boundary.
-fn facets(tets: &Tets) -> (BTreeMap<[u32; 2], Vec<[u32; 3]>>, Vec<[u32; 3]>) {
+/// The facets between each two regions.
+type Borders = BTreeMap<[u32; 2], Vec<[u32; 3]>>;
+
+/// The facets of the borders, and those of the boundary.
+fn facets(tets: &Tets) -> (Borders, Vec<[u32; 3]>) {
     let mut seen: BTreeMap<[u32; 3], Vec<u32>> = BTreeMap::new();
     for (cell, &region) in tets.cells.iter().zip(&tets.regions) {
         for i in 0..4 {
@@ -110,7 +113,7 @@ fn facets(tets: &Tets) -> (BTreeMap<[u32; 2], Vec<[u32; 3]>>, Vec<[u32; 3]>) {
             seen.entry(key).or_default().push(region);
         }
     }
-    let (mut borders, mut boundary) = (BTreeMap::<[u32; 2], Vec<[u32; 3]>>::new(), vec![]);
+    let (mut borders, mut boundary) = (Borders::new(), vec![]);
     for (facet, regions) in seen {
         match regions[..] {
             [_] => boundary.push(facet),

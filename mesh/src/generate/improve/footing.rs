@@ -38,8 +38,7 @@ impl<'a> Footing<'a> {
                 rest = std::array::from_fn(|k| rest[k] - along * footing.basis[j][k]);
             }
             let length = norm(&rest);
-            // A NaN fails this test too.
-            if !(length > INDEPENDENT * norm(&full)) {
+            if length <= INDEPENDENT * norm(&full) || length.is_nan() {
                 return None;
             }
             footing.basis[i] = rest.map(|x| x / length);
@@ -84,5 +83,54 @@ impl<'a> Footing<'a> {
             }
         }
         None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::generate::implicit::{HalfSpace, Sphere};
+    use crate::generate::improve::{adjacency::NONE, freedom::tests::bound};
+    use crate::geometry::distance2;
+
+    fn solids() -> Vec<Box<dyn Implicit>> {
+        let plane = |normal| Box::new(HalfSpace::new([0.0; 3], normal).unwrap()) as Box<dyn Implicit>;
+        let ball = |x: f64| Box::new(Sphere::new([x, 0.0, 0.0], 1.0).unwrap()) as Box<dyn Implicit>;
+        vec![ball(-0.5), ball(0.5), plane([0.0, 0.0, 1.0]), plane([0.0, 1e-3, 1.0])]
+    }
+
+    #[test]
+    fn the_way_back_ends_on_all_surfaces() {
+        let solids = solids();
+        // Two unit balls meet in a circle of radius sqrt(3) / 2 in the plane x = 0.
+        let p = [0.0, 0.0, 0.75_f64.sqrt()];
+        let footing = Footing::new(&bound([0, 1], [true; 3]), &solids, &p, 1e-5).unwrap();
+        let along = footing.along([1.0, 1.0, 1.0]);
+        assert!(distance2(&along, &[0.0, 1.0, 0.0]) < 1e-16);
+        let q = footing.project([0.01, 0.1, 0.88], 1e-10).unwrap();
+        assert!(q[0].abs() < 1e-9 && (q[1].hypot(q[2]) - 0.75_f64.sqrt()).abs() < 1e-9, "{q:?}");
+        // Far away there is none, and of no number neither.
+        assert_eq!(footing.project([0.0, 3.0, 0.0], 1e-10), None);
+        assert_eq!(footing.project([f64::NAN; 3], 1e-10), None);
+    }
+
+    #[test]
+    fn a_fixed_axis_stays_fixed() {
+        let solids = solids();
+        let footing = Footing::new(&bound([0, NONE], [true, true, false]), &solids, &[0.3, 0.0, 0.6], 1e-5).unwrap();
+        assert!(distance2(&footing.along([1.0, 1.0, 1.0]), &[0.0, 1.0, 0.0]) < 1e-16);
+        let q = footing.project([0.31, 0.05, 0.6], 1e-10).unwrap();
+        assert!(q[2] == 0.6 && solids[0].distance(&q).abs() <= 1e-10);
+    }
+
+    #[test]
+    fn surfaces_along_each_other_give_no_footing() {
+        let footing = |solids: &[Box<dyn Implicit>], pair, free| {
+            Footing::new(&bound(pair, free), solids, &[0.0; 3], 1e-5).is_some()
+        };
+        assert!(!footing(&solids(), [2, 3], [true; 3]));
+        // A plane along a face of the box leaves no direction that is both on it and along the free axes.
+        assert!(!footing(&solids(), [2, NONE], [true, true, false]));
+        assert!(footing(&solids(), [2, NONE], [true, false, true]));
     }
 }

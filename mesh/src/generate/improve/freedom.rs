@@ -115,3 +115,25 @@ pub(super) fn shortest_edge(points: &[[f64; 3]], v: u32, stars: &Stars) -> f64 {
     let others = stars.of(v).iter().flatten();
     others.map(|&w| distance2(&points[v as usize], &points[w as usize])).fold(f64::INFINITY, f64::min).sqrt()
 }
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+
+    /// A vertex on surfaces that may move along some axes.
+    pub fn bound(solids: [u32; 2], free: [bool; 3]) -> Freedom {
+        Freedom { free, solids, stays: false }
+    }
+
+    #[test]
+    fn a_vertex_moves_if_it_has_more_axes_than_surfaces() {
+        assert!(Freedom::ALL.moves() && bound([4, 5], [true; 3]).moves());
+        assert!(!bound([4, 5], [true, false, true]).moves() && bound([4, NONE], [true, false, true]).moves());
+        assert!(!bound([NONE; 2], [false; 3]).moves() && bound([NONE; 2], [false, false, true]).moves());
+        let mut corner = bound([4, 5], [true; 3]);
+        corner.keep_to(5);
+        assert!(corner.moves());
+        corner.keep_to(6);
+        assert!(!corner.moves());
+    }
+}

@@ -1,10 +1,10 @@
 //! Better shaped tetrahedra, with every border kept in its surface.
 //!
 //! Sweeps of two kinds take turns: cells around an edge or at a facet are replaced by fewer, as many or more that cost less
-//! ([`edge`]), then vertices move to where the cells around them cost less ([`smooth`]). What a cell costs rises steeply as
-//! its angles and its quality miss the targets ([`cost`]); nothing is ever changed that costs more than before, so the
+//! (`edge`), then vertices move to where the cells around them cost less (`smooth`). What a cell costs rises steeply as
+//! its angles and its quality miss the targets (`cost`); nothing is ever changed that costs more than before, so the
 //! whole mesh gets better all the time. A vertex of a border moves along its surfaces and is put back onto them, a vertex of
-//! a face or an edge of the box within it ([`freedom`], [`footing`]).
+//! a face or an edge of the box within it (`freedom`, `footing`).
 //!
 //! ```
 //! use stylet_mesh::generate::{Tets, improve::{ImproveSettings, improve}, implicit::Strata, kuhn_box};
@@ -48,8 +48,10 @@ use std::ops::ControlFlow;
 const FLIP_ABOVE: f64 = 0.5;
 /// Vertices of cells that cost more than this are moved.
 const MOVE_ABOVE: f64 = 0.25;
-/// Part of the cost of all cells that a sweep must save for another one to be worth it.
+/// Part of the cost of all cells that a sweep must save for another one to be worth it, where a cell misses its targets.
 const WORTH_IT: f64 = 1e-3;
+/// The same where none does.
+const WORTH_IT_STILL: f64 = 1e-2;
 
 /// Improves a mesh of solids in a box until its cells are as the settings want them, no more can be done, or all sweeps are.
 ///
@@ -101,7 +103,8 @@ pub fn improve(
         let sweep = Sweep { number, replaced, moved, worst: cost.largest() };
         report.add(&sweep);
         report.stopped = progress(&sweep).is_break();
-        if report.stopped || cost.sum > (1.0 - WORTH_IT) * paid {
+        let worth_it = if cost.largest() > 1.0 { WORTH_IT } else { WORTH_IT_STILL };
+        if report.stopped || cost.sum > (1.0 - worth_it) * paid {
             break;
         }
         paid = cost.sum;

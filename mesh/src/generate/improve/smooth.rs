@@ -127,8 +127,9 @@ impl<'a> Smoother<'a> {
     }
 }
 
-/// The largest distance of a vertex from a surface it keeps to, m.
+/// The largest distance of a vertex from a surface it keeps to, m; not a number if one is not.
 pub(super) fn border_error(points: &[[f64; 3]], freedoms: &[Freedom], solids: &[Box<dyn Implicit>]) -> f64 {
     let on = freedoms.iter().zip(points).flat_map(|(freedom, p)| freedom.solids.map(|s| (s, p)));
-    on.filter(|(s, _)| *s != NONE).map(|(s, p)| solids[s as usize].distance(p).abs()).fold(0.0, f64::max)
+    let distances = on.filter(|(s, _)| *s != NONE).map(|(s, p)| solids[s as usize].distance(p).abs());
+    distances.fold(0.0, |most: f64, d| if d > most || d.is_nan() { d } else { most })
 }

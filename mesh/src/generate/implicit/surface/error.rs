@@ -29,13 +29,13 @@ pub enum SurfaceError {
     },
     /// Triangles that have more in common than their corners and edges.
     #[error(
-        "the surface touches or crosses itself: {count} pairs of triangles, the first are {a} and {b}",
+        "the surface touches or crosses itself: at least {count} pairs of triangles, such as {a} and {b}",
         a = triangles[0], b = triangles[1]
     )]
     Touching {
-        /// Number of pairs.
+        /// Number of pairs; the search ends after some thousand.
         count: usize,
-        /// The first pair.
+        /// The first pair found, by ids.
         triangles: [u32; 2],
     },
 }

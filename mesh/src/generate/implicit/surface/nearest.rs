@@ -24,8 +24,7 @@ impl ClosedSurface {
             depth -= 1;
             let (distance, at) = stack[depth];
             let node = &self.tree.nodes[at as usize];
-            // A NaN fails this test.
-            if !(distance < best) {
+            if distance >= best {
                 continue;
             }
             for t in node.first..node.first + node.count {

@@ -7,6 +7,8 @@ use crate::geometry::{distance2, dot};
 
 /// Triangles nearer to each other than this part of the size of the surface touch.
 const NEAR: f64 = 1e-9;
+/// Pairs of triangles that touch after which no more are looked for: of a heap of triangles there are too many.
+const PAIRS: usize = 1_000;
 /// Cosine of the angle between triangles at an edge, less one, below which they are folded onto each other.
 const FOLDED: f64 = 1e-12;
 
@@ -89,6 +91,9 @@ pub(super) fn check_touching(surface: &ClosedSurface, order: &[u32]) -> Result<(
                 pairs.push([a.min(b), a.max(b)]);
             }
         });
+        if pairs.len() >= PAIRS {
+            break;
+        }
     }
     match pairs.iter().min() {
         Some(&triangles) => Err(SurfaceError::Touching { count: pairs.len(), triangles }),
