@@ -1,63 +1,19 @@
-use stylet_anatomy::*;
-use stylet_mesh::generate::{contours::*, implicit::Implicit};
+//! scratch
+use stylet_anatomy::plan::*;
+use stylet_mesh::generate::implicit::Implicit;
+use std::ops::ControlFlow;
 fn main() {
-    let bytes = std::fs::read("apps/anatomy/data/synthetic.dcm").unwrap();
-    let whole = rt::read(&bytes).unwrap();
-    let mut ok = vec![];
-    for cut in 0..bytes.len() {
-        if let Ok(s) = rt::read(&bytes[..cut]) {
-            ok.push((cut, s == whole, s.drawings.len(), s.drawings.last().map(|d| d.contours.len())));
-        }
-    }
-    println!("{} cuts read; len {}; {:?}", ok.len(), bytes.len(), ok.iter().filter(|o| !o.1).collect::<Vec<_>>());
-    let rss = || {
-        std::fs::read_to_string("/proc/self/status")
-            .unwrap()
-            .lines()
-            .find(|l| l.starts_with("VmHWM"))
-            .unwrap()
-            .to_string()
-    };
-    println!("{}", rss());
-    let t = std::time::Instant::now();
-    let mut slow = vec![];
-    for at in 0..3000 {
-        for b in [0xff, 0x7f] {
-            let mut c = bytes.clone();
-            c[at] = b;
-            let t = std::time::Instant::now();
-            let _ = rt::read(&c);
-            let s = t.elapsed().as_secs_f64();
-            if s > 0.05 {
-                slow.push((at, b, s));
-            }
-        }
-    }
-    println!("{:?} {:?} {}", t.elapsed(), slow, rss());
-    // speed
-    let (set, _) = whole.check(&ContourSettings::default()).unwrap();
-    for organ in set.organs() {
-        let t = std::time::Instant::now();
-        let solid = ContourSolid::new(organ);
-        let build = t.elapsed();
-        let [low, high] = solid.bounds().unwrap();
-        for (name, grow) in [("box", 0.0), ("twice the box", 0.5)] {
-            let n = 100;
-            let t = std::time::Instant::now();
-            let mut sum = 0.0;
-            for i in 0..n * n * n {
-                let at = [i % n, i / n % n, i / n / n];
-                let p = std::array::from_fn(|k| {
-                    let e = high[k] - low[k];
-                    low[k] - grow * e + (1.0 + 2.0 * grow) * e * at[k] as f64 / n as f64
-                });
-                sum += solid.distance(&p);
-            }
-            println!(
-                "{} {name}: build {build:?}, {:.0} ns/call ({sum})",
-                organ.name(),
-                t.elapsed().as_secs_f64() * 1e9 / 1e6
-            );
+    let mut args = std::env::args().skip(1);
+    let name = args.next().unwrap();
+    let scene = if name.ends_with(".toml") { stylet_anatomy::shapes::ShapeScene::read(&name).unwrap() } else { built_in(&name).unwrap().unwrap() };
+    let mut plan = Plan::of_shapes(&scene);
+    if let Some(size) = args.next() { plan = plan.with_size(size.parse().unwrap()); }
+    match plan.mesh(&Effort::default(), &mut |_| ControlFlow::Continue(())) {
+        Err(e) => println!("{e}"),
+        Ok(made) => {
+            println!("{} tets {} nodes, {:?} s\n{:?}\n{:?}", made.tets.cells.len(), made.tets.points.len(), made.seconds, made.straight, made.improved);
+            for r in &made.regions { println!("{:24} {:6} {:.4e} {:.4e} {:.2} %", r.name, r.cells, r.volume, r.source_volume, 100.0*(r.volume/r.source_volume-1.0)); }
+            println!("{:?} {:?} border {:e}", made.warnings(), made.stuffed.cube, made.stuffed.border_error); let t=println!("{:?} {:?}", made.warnings(), made.stuffed.cube); println!("border {:e}", made.stuffed.border_error); let t = &made.tets; let mut lab=vec![0u8; t.points.len()]; for (c,r) in t.cells.iter().zip(&t.regions) { for v in c { lab[*v as usize] |= 1 << (*r).min(7); } } for (v,l) in lab.iter().enumerate() { if *l==3 { let d=plan.strata.solids()[0].distance(&t.points[v]); if d.abs()>1e-6 { println!("{v} {:?} {d:e}", t.points[v]); } } }
         }
     }
 }

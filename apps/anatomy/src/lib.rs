@@ -15,6 +15,7 @@
 //! |---|---|
 //! | `study`, `error` | [`Study`]: drawings in order of precedence; reading by what the file is; what can be wrong |
 //! | [`json`] | a plain form for programs and hands: its schema |
+//! | [`plan`] | what is to be meshed and how, the work, what came of it; scenes of shapes that come with the program |
 //! | [`rt`] | DICOM RT structure sets |
 //! | [`shapes`] | scenes of shapes: solids in order of precedence, and what they are made of |
 //! | [`synthetic`] | a study made by a seed: prostate, urethra, rectum, pubic bone |
@@ -25,6 +26,7 @@
 mod error;
 pub mod json;
 mod length;
+pub mod plan;
 pub mod rt;
 pub mod shapes;
 mod study;

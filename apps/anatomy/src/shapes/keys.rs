@@ -73,6 +73,12 @@ const REFINE: &[Column] = &[
     required("size", LENGTH, "m", "largest lattice cube that touches it"),
 ];
 
+/// `[[marker]]`
+const MARKER: &[Column] = &[
+    required("name", Kind::Text, "", "what tables call it"),
+    required("at", POINT, "m", "where it is in the undeformed body, within the box"),
+];
+
 /// An array of tables, each row checked alone.
 macro_rules! rows {
     ($path:literal, $columns:expr, $meaning:literal, $field:ident, $check:expr) => {
@@ -115,6 +121,9 @@ pub const TABLE: Table<Draft> = Table {
         rows!("shape", SHAPE, "a shape, for regions and for other shapes", shapes, kinds::check_row),
         rows!("region", REGION, "a shape that is meshed, earlier rows over later ones", regions, |_| Ok(())),
         rows!("refine", REFINE, "a place with small cells", refinements, |_| Ok(())),
+        rows!("marker", MARKER, "a point of the body that is looked at: a target, a fiducial marker", markers, |_| Ok(
+            ()
+        )),
         key!("material.model", Kind::Text, "", "none", "constitutive law",
             text: |s| s.material.model, |s| s.material.model.clone().map(Value::Text)),
         key!("material.young", YOUNG, "Pa", "none", "Young's modulus",

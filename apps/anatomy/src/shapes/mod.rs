@@ -58,4 +58,4 @@ mod scene;
 mod tests;
 
 pub use keys::TABLE;
-pub use scene::{Draft, Material, Refinement, Region, ShapeScene};
+pub use scene::{Draft, Marker, Material, Refinement, Region, ShapeScene};

@@ -22,6 +22,7 @@ pub struct Draft {
     pub(super) shapes: Vec<Row>,
     pub(super) regions: Vec<Row>,
     pub(super) refinements: Vec<Row>,
+    pub(super) markers: Vec<Row>,
     pub(super) material: Material,
 }
 
@@ -36,6 +37,7 @@ impl Default for Draft {
             shapes: vec![],
             regions: vec![],
             refinements: vec![],
+            markers: vec![],
             material: Material::default(),
         }
     }
@@ -80,6 +82,15 @@ pub struct Refinement {
     pub size: f64,
 }
 
+/// A named point.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Marker {
+    /// Its name.
+    pub name: String,
+    /// Where it is in the undeformed body, m.
+    pub at: [f64; 3],
+}
+
 /// A box with solids in it.
 #[derive(Clone)]
 pub struct ShapeScene {
@@ -97,6 +108,8 @@ pub struct ShapeScene {
     pub regions: Vec<Region>,
     /// Places with small cells.
     pub refinements: Vec<Refinement>,
+    /// Points that are looked at.
+    pub markers: Vec<Marker>,
 }
 
 impl ShapeScene {
@@ -135,6 +148,10 @@ impl ShapeScene {
             solid.map(|solid| Refinement { solid, size }).map_err(|reason| format!("row {}: {reason}", index + 1))
         });
         let refinements: Result<_, String> = refinements.collect();
+        let markers = draft.markers.iter().enumerate().map(|(index, row)| {
+            marker(row, &domain).map_err(|reason| format!("row {} ({}): {reason}", index + 1, name_of(row)))
+        });
+        let markers: Result<_, String> = markers.collect();
         Ok(Self {
             domain,
             size: draft.size,
@@ -143,6 +160,7 @@ impl ShapeScene {
             background: draft.material.clone(),
             regions,
             refinements: refinements.map_err(|reason| refuse("refine", reason))?,
+            markers: markers.map_err(|reason| refuse("marker", reason))?,
         })
     }
 
@@ -179,6 +197,15 @@ fn domain(draft: &Draft) -> Result<[[f64; 3]; 2], String> {
             Err(format!("found low {low} and high {high} along {axis}, expected low below high"))
         }
         None => Ok([low, high]),
+    }
+}
+
+fn marker(row: &Row, [low, high]: &[[f64; 3]; 2]) -> Result<Marker, String> {
+    let at = row.value("at").and_then(|at| at.floats().ok()).unwrap_or_default();
+    let at: Option<[f64; 3]> = <[f64; 3]>::try_from(at.as_ref()).ok();
+    match at {
+        Some(at) if (0..3).all(|k| low[k] <= at[k] && at[k] <= high[k]) => Ok(Marker { name: name_of(row).into(), at }),
+        found => Err(format!("at: found {found:?}, expected a point of the box")),
     }
 }
 

@@ -17,6 +17,8 @@ pub struct MeshArgs {
 pub enum MeshCommand {
     /// Fill a box with triangles or tetrahedra.
     Box(BoxArgs),
+    /// Fill organs with tetrahedra: from shapes, or from contours on slices.
+    Generate(GenerateArgs),
     /// Bisect the simplices at a point, along a segment, or everywhere, down to a size.
     Refine(RefineArgs),
     /// Refine, take the refinement back, and tell whether the start mesh returns.
@@ -327,4 +329,73 @@ fn rounds(text: &str) -> Result<u32, String> {
 
 fn seed(text: &str) -> Result<u64, String> {
     text.parse().map_err(|_| format!("a whole number from 0 to {}", u64::MAX))
+}
+
+const GENERATE_EXAMPLES: &str = "\
+Examples:
+  stylet mesh generate --shape ellipsoid --plot ellipsoid.svg
+  stylet mesh generate --shape prostate --out prostate.msh --scene prostate.toml
+  stylet run prostate.toml
+  stylet mesh generate --contours study.dcm --organs urethra,prostate,rectum --size 0.004 --out study.msh
+
+Scenes of shapes that come with the program: prostate, two-cylinders, gel-block, ellipsoid. --show NAME prints one as a start
+of your own; --schema explains every key.";
+
+/// `stylet mesh generate`
+#[derive(Args, Debug)]
+#[command(after_help = GENERATE_EXAMPLES)]
+pub struct GenerateArgs {
+    /// A scene of shapes: a file, or the name of one that comes with the program.
+    #[arg(long, value_name = "FILE|NAME", required_unless_present_any = ["contours", "show", "schema"])]
+    #[arg(conflicts_with = "contours")]
+    pub shape: Option<String>,
+    /// Contours of organs on parallel slices: a DICOM RT structure set, or JSON.
+    #[arg(long, value_name = "FILE")]
+    pub contours: Option<PathBuf>,
+    /// Organs of the contours that are meshed, those that take precedence first; all of them if left out.
+    #[arg(long, value_name = "NAME,NAME,…", requires = "contours")]
+    pub organs: Option<String>,
+    /// Edge of the lattice's cubes at borders, m; that of the scene, or 1/12 of the organs' extent, if left out. Other
+    /// sizes of a scene grow with it.
+    #[arg(long, value_name = "H", value_parser = length, allow_hyphen_values = true)]
+    pub size: Option<f64>,
+    /// Edge of the largest cubes, m.
+    #[arg(long, value_name = "H", value_parser = length, allow_hyphen_values = true)]
+    pub coarsest: Option<f64>,
+    /// Distance of the box from the organs, m; twice the size if left out.
+    #[arg(long, value_name = "D", value_parser = length, allow_hyphen_values = true, requires = "contours")]
+    pub margin: Option<f64>,
+    /// Mesh the organs alone, not what is around them.
+    #[arg(long, requires = "contours")]
+    pub bare: bool,
+    /// Leave out points of contours that are closer than this to their neighbours, m.
+    #[arg(long, value_name = "D", value_parser = length, allow_hyphen_values = true, requires = "contours")]
+    pub cull: Option<f64>,
+    /// Leave the mesh as it was stuffed.
+    #[arg(long)]
+    pub straight: bool,
+    /// Sweeps of smoothing and edge removal at most.
+    #[arg(long, value_name = "N", conflicts_with = "straight")]
+    pub sweeps: Option<usize>,
+    /// Print the text of a scene that comes with the program, and do nothing else.
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["shape", "contours"])]
+    pub show: Option<String>,
+    /// Print every key of a scene of shapes, and do nothing else.
+    #[arg(long, conflicts_with_all = ["shape", "contours", "show"])]
+    pub schema: bool,
+    /// Write the mesh to this file, in the format of its extension; regions by name where the format has names.
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+    /// Write a scene for `stylet run`: the mesh under its weight, with the materials of the shapes.
+    #[arg(long, value_name = "FILE.toml", requires = "out")]
+    pub scene: Option<PathBuf>,
+    /// Draw the mesh cut open, with histograms.
+    #[arg(long, value_name = "FILE.svg")]
+    pub plot: Option<PathBuf>,
+    /// What the colours of the picture mean.
+    #[arg(long, value_enum, default_value_t = ColourArg::Region)]
+    pub colour: ColourArg,
+    /// JSON, progress.
+    #[command(flatten)]
+    pub output: OutputArgs,
 }

@@ -1,4 +1,4 @@
-//! `stylet mesh`: boxes, refinement and coarsening, quality, conversion, needle remeshing.
+//! `stylet mesh`: boxes, meshes of shapes and contours, refinement and coarsening, quality, conversion, needle remeshing.
 
 pub mod args;
 mod boxes;
@@ -6,6 +6,7 @@ mod coarsen;
 mod convert;
 mod feature;
 mod files;
+mod generate;
 mod path;
 mod picture;
 mod quality;
@@ -27,6 +28,7 @@ pub fn execute(args: &MeshArgs) -> Result<Exit, Failure> {
     match &args.command {
         None => help(),
         Some(MeshCommand::Box(args)) => boxes::execute(args),
+        Some(MeshCommand::Generate(args)) => generate::execute(args),
         Some(MeshCommand::Refine(args)) => refine::execute(args),
         Some(MeshCommand::Quality(args)) => quality::execute(args),
         Some(MeshCommand::Coarsen(args)) => coarsen::execute(args),
