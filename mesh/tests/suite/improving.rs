@@ -6,9 +6,13 @@ use std::{
     f64::consts::PI,
     ops::ControlFlow,
 };
-use stylet_mesh::generate::implicit::{Ellipsoid, HalfSpace, Implicit, Sphere, Strata, gradient};
+use stylet_mesh::generate::implicit::{
+    Capsule, Cuboid, Cylinder, Ellipsoid, HalfSpace, Implicit, Placed, ShapeError, Shell, SmoothUnion, Sphere, Strata,
+    TorusArc, gradient,
+};
 use stylet_mesh::generate::improve::{ImproveReport, ImproveSettings, improve};
-use stylet_mesh::generate::{Tets, kuhn_box, stuff};
+use stylet_mesh::generate::stuff::{Settings, stuff};
+use stylet_mesh::generate::{Tets, kuhn_box};
 use stylet_mesh::geometry::{circumradius, signed_measure};
 
 const BOX: [[f64; 3]; 2] = [[0.0; 3], [1.0; 3]];
@@ -20,6 +24,11 @@ fn improved(tets: &Tets, strata: &Strata, conforming: &[bool], settings: &Improv
     let mut tets = tets.clone();
     let report = improve(&mut tets, strata, conforming, BOX, settings, &mut |_| ControlFlow::Continue(()));
     (tets, report.expect("a good mesh"))
+}
+
+/// A mesh straight from stuffing.
+fn stuffed(strata: &Strata, domain: [[f64; 3]; 2], size: f64) -> Tets {
+    stuff(strata, domain, &Settings::new(size), &mut |_| ControlFlow::Continue(())).expect("a good scene").tets
 }
 
 /// A rough mesh of solids in the unit box that conforms all the same: a lattice with near vertices moved onto each surface,
@@ -199,11 +208,48 @@ proptest! {
     fn a_line_where_three_regions_meet_stays_in_both_surfaces(shift in 0.1..0.25, r in 0.2..0.3, s in 0.2..0.3) {
         let ball = |x: f64, r: f64| Box::new(Sphere::new([x, 0.47, 0.51], r).unwrap()) as Box<dyn Implicit>;
         let strata = Strata::new(vec![ball(0.5 - 0.5 * shift, r), ball(0.5 + 0.5 * shift, s)]);
-        let before = stuff::stuff(&strata, BOX, &stuff::Settings::new(1.0 / N as f64)).unwrap();
+        let before = stuffed(&strata, BOX, 1.0 / N as f64);
         let (after, report) = improved(&before, &strata, &[], &ImproveSettings::default());
         check(&before, &after, &strata, &report);
         let (borders, _) = facets(&after);
         prop_assert!(borders.len() == 3 && report.astray * 20 < borders.values().map(Vec::len).sum(), "{report:?}");
+    }
+}
+
+/// What makes a solid of random kind, place and size.
+type Numbers = (i32, [f64; 3], [f64; 3], [f64; 3], f64);
+
+fn numbers() -> impl Strategy<Value = Numbers> {
+    let sizes = [0.12..0.3, 0.12..0.3, 0.12..0.3];
+    (0..6, [0.2..0.8, 0.2..0.8, 0.2..0.8], [-1.0..1.0, -1.0..1.0, 0.2..1.0], sizes, 0.0..6.0)
+}
+
+/// A solid, with edges or without.
+fn any_solid((kind, at, axis, [a, b, c], angle): Numbers) -> Result<Box<dyn Implicit>, ShapeError> {
+    let end = [0, 1, 2].map(|k| at[k] + 0.3 * axis[k]);
+    Ok(match kind {
+        0 => Box::new(Placed::new(Ellipsoid::new([0.0; 3], [a, b, c])?, axis, angle, at)?),
+        1 => Box::new(Placed::new(Cuboid::new([-a, -b, -c], [a, b, c])?, axis, angle, at)?),
+        2 => Box::new(Cylinder::new(at, end, 0.7 * a)?),
+        3 => Box::new(TorusArc::new(at, axis, [1.0, 0.3, 0.1], 1.0 + 0.8 * angle, a, 0.6 * a)?),
+        4 => Box::new(SmoothUnion::new(Sphere::new(at, a)?, Capsule::new(at, end, 0.5 * b)?, 0.5 * c)?),
+        _ => Box::new(Shell::new(Sphere::new(at, a + 0.05)?, 0.1, 0.05)?),
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    /// Whatever the solids, and however they lie over each other and the faces of the box.
+    #[test]
+    fn any_solids_keep_their_borders(solids in prop::collection::vec(numbers(), 1..4)) {
+        let strata = Strata::new(solids.into_iter().map(|numbers| any_solid(numbers).expect("good numbers")).collect());
+        let made = stuff(&strata, BOX, &Settings::new(1.0 / N as f64), &mut |_| ControlFlow::Continue(()));
+        // One solid may hide another.
+        prop_assume!(made.is_ok());
+        let before = made.unwrap().tets;
+        let (after, report) = improved(&before, &strata, &[], &ImproveSettings::default());
+        check(&before, &after, &strata, &report);
     }
 }
 
@@ -272,7 +318,7 @@ fn a_stuffed_ellipsoid_reaches_its_targets() {
     let domain = [[-0.05; 3], [0.05; 3]];
     let axes = [0.025, 0.020, 0.0175];
     let strata = Strata::new(vec![Box::new(Ellipsoid::new([0.0003; 3], axes).unwrap())]);
-    let mut tets = stuff::stuff(&strata, domain, &stuff::Settings::new(0.0065)).unwrap();
+    let mut tets = stuffed(&strata, domain, 0.0065);
     let report =
         improve(&mut tets, &strata, &[], domain, &ImproveSettings::default(), &mut |_| ControlFlow::Continue(()))
             .unwrap();
