@@ -109,7 +109,7 @@ fn check_points(
     if found > MOST_POINTS {
         return Err(Fault::TooManyPoints { organ, contour, found, limit: MOST_POINTS });
     }
-    let absurd = |x: &f64| !(x.abs() <= FARTHEST);
+    let absurd = |x: &f64| x.is_nan() || x.abs() > FARTHEST;
     for (point, p) in drawn.points.iter().enumerate() {
         if let Some(&value) = p.iter().find(|x| absurd(x)) {
             return Err(Fault::Coordinate { organ, contour, point, value });
