@@ -342,7 +342,7 @@ fn faults_are_refused() {
     assert_eq!(twice.to_string(), "organ \"organ\" stands in the set twice");
     let bad = ContourSettings { cull: -1.0, ..ContourSettings::default() };
     let bad = ContourSet::new(&[drawing(vec![])], &bad).unwrap_err();
-    assert_eq!(bad.to_string(), "cull is -1, expected a length, zero or more");
+    assert_eq!(bad.to_string(), "cull is -1, expected a length, 0 or more (for plane 1e-9 m or more)");
 }
 
 #[test]

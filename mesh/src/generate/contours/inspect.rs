@@ -186,10 +186,11 @@ fn same_outline(one: &[[f64; 2]], other: &[[f64; 2]]) -> bool {
     if n != other.len() {
         return false;
     }
-    let starts = (0..n).filter(|&s| other[s] == one[0]);
-    let mut starts = starts.take(2);
-    // No point stands in a simple contour twice, but touches; two starts are enough to try.
-    starts.any(|s| (0..n).all(|i| one[i] == other[(s + i) % n]) || (0..n).all(|i| one[i] == other[(s + n - i) % n]))
+    // A contour may touch itself, so that its first point is there twice.
+    let mut starts = (0..n).filter(|&s| other[s] == one[0]).take(2);
+    let along = |s: usize| (0..n).all(|i| one[i] == other[(s + i) % n]);
+    let against = |s: usize| (0..n).all(|i| one[i] == other[(s + n - i) % n]);
+    starts.any(|s| along(s) || against(s))
 }
 
 /// Remarks on the distances between slices; returns the thickness of a single one.

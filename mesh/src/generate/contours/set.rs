@@ -9,6 +9,9 @@ use super::{
 use crate::generate::implicit::{Implicit, Strata};
 use std::collections::BTreeSet;
 
+/// Slices closer than this (m) would make slopes that overflow.
+const FLATTEST: f64 = 1e-9;
+
 /// A contour as it was drawn.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlanarContour {
@@ -56,14 +59,15 @@ impl Default for ContourSettings {
 
 impl ContourSettings {
     fn check(&self) -> Result<(), Fault> {
-        for (name, value) in [("duplicate", self.duplicate), ("cull", self.cull), ("plane", self.plane)] {
-            if !(value.is_finite() && value >= 0.0) {
-                return Err(Fault::Setting { name, value, expected: "a length, zero or more" });
+        let least = [("duplicate", self.duplicate, 0.0), ("cull", self.cull, 0.0), ("plane", self.plane, FLATTEST)];
+        for (name, value, least) in least {
+            if !value.is_finite() || value < least {
+                return Err(Fault::Setting { name, value, expected: "a length, 0 or more (for plane 1e-9 m or more)" });
             }
         }
         match self.thickness {
-            Some(value) if !(value.is_finite() && value > 0.0) => {
-                Err(Fault::Setting { name: "thickness", value, expected: "a length above zero" })
+            Some(value) if !value.is_finite() || value < FLATTEST => {
+                Err(Fault::Setting { name: "thickness", value, expected: "a length, 1e-9 m or more" })
             }
             _ => Ok(()),
         }

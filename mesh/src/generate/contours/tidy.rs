@@ -1,6 +1,6 @@
 //! Repair of one contour: duplicate clicks, points out of order.
 
-use super::polygon::{edges, first_conflict};
+use super::polygon::{first_conflict, perimeter};
 use crate::geometry::distance2;
 
 /// The longest run of points that is turned round: a few clicks out of order, not a figure of eight.
@@ -58,10 +58,6 @@ fn turn_run(polygon: &mut [[f64; 2]], i: usize, j: usize) -> bool {
         polygon.swap((start + k) % n, (start + len - 1 - k) % n);
     }
     true
-}
-
-fn perimeter(polygon: &[[f64; 2]]) -> f64 {
-    edges(polygon).map(|(a, b)| distance2(&a, &b).sqrt()).sum()
 }
 
 #[cfg(test)]
