@@ -20,7 +20,7 @@ pub enum ReadError {
         /// The file.
         path: PathBuf,
         /// What is wrong.
-        problem: Problem,
+        problem: Box<Problem>,
     },
 }
 

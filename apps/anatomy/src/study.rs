@@ -55,7 +55,7 @@ impl Study {
 /// [`ReadError`], which names the file, what was found in it and what was expected.
 pub fn read(path: &Path) -> Result<Study, ReadError> {
     let bytes = load(path).map_err(|source| ReadError::System { path: path.into(), source })?;
-    let problem = |problem| ReadError::File { path: path.into(), problem };
+    let problem = |problem| ReadError::File { path: path.into(), problem: Box::new(problem) };
     if bytes.len() as u64 > LARGEST {
         let found = fs::metadata(path).map_or(bytes.len() as u64, |m| m.len());
         return Err(problem(Problem::TooLarge { found, limit: LARGEST }));

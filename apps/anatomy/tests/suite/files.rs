@@ -225,7 +225,8 @@ fn structure_sets_are_refused_with_place_and_reason() {
             "ROI 1: ROI Name (3006,0026) is missing or empty".into(),
         ),
     ];
-    let in_contour: [(&str, Box<dyn FnOnce(&mut InMemDicomObject)>); 6] = [
+    type Change = Box<dyn FnOnce(&mut InMemDicomObject)>;
+    let in_contour: [(&str, Change); 6] = [
         (": Contour Data (3006,0050) is missing or empty", Box::new(of(tags::CONTOUR_DATA))),
         (": Contour Geometric Type (3006,0042) is missing or empty", Box::new(of(tags::CONTOUR_GEOMETRIC_TYPE))),
         (

@@ -97,6 +97,18 @@ pub enum Fault {
         /// The most there may be.
         limit: usize,
     },
+    /// More contours than one slice can have.
+    #[error("organ {organ:?} has {found} contours at z = {z} m, expected at most {limit}")]
+    TooManyContours {
+        /// The organ.
+        organ: String,
+        /// The plane.
+        z: f64,
+        /// Its contours.
+        found: usize,
+        /// The most there may be.
+        limit: usize,
+    },
     /// A contour that does not lie in a plane `z = const`.
     #[error("organ {organ:?}, contour {contour} runs from z = {lowest} to {highest} m, expected one plane")]
     NotPlanar {

@@ -12,6 +12,9 @@ const MOST_CELLS: usize = 16_384;
 const MOST_CANDIDATES: usize = 64;
 /// Edges in a row whose common box is looked at first.
 const BLOCK: usize = 16;
+/// The deepest point is looked for from this many samples a side, in so many steps.
+const SAMPLES: usize = 32;
+const CLIMBS: usize = 20;
 
 /// The signed distance, negative to the left of the edges: inside contours that run counterclockwise around their area, and
 /// clockwise around the holes in it.
@@ -89,36 +92,31 @@ impl Field {
         self.signed(p, nearest)
     }
 
-    /// The depth of the deepest point inside, and that point. Exact to a few percent of a grid cell or better.
+    /// The depth of the deepest point inside, and that point: of those on a grid the deepest, then uphill from there. In
+    /// odd shapes another place may be deeper, by less than the spacing of the samples.
     pub(super) fn deepest(&self) -> (f64, [f64; 2]) {
-        let mut best = (f64::INFINITY, self.grid.low);
-        let try_point = |p: [f64; 2], best: &mut (f64, [f64; 2])| {
-            let d = self.distance(&p);
-            if d < best.0 {
-                *best = (d, p);
-            }
-            d
-        };
         let bounds = bounding_box(self.blocks.iter().flat_map(|block| &block.bounds));
-        const STEPS: usize = 32;
-        let mut step: [f64; 2] = std::array::from_fn(|k| (bounds[1][k] - bounds[0][k]) / STEPS as f64);
-        for i in 0..STEPS * STEPS {
-            let at = [i % STEPS, i / STEPS];
-            try_point(std::array::from_fn(|k| bounds[0][k] + (at[k] as f64 + 0.5) * step[k]), &mut best);
-        }
-        // Uphill by halved steps. Contours thinner than the samples start from points just inside their edges.
-        if best.0 >= 0.0 {
-            for edge in &self.edges {
-                let inwards = [-edge.along[1], edge.along[0]].map(|x| 0.25 * x);
-                try_point(std::array::from_fn(|k| edge.from[k] + 0.5 * edge.along[k] + inwards[k]), &mut best);
-            }
-        }
-        for _ in 0..20 {
-            let centre = best.1;
-            for (dx, dy) in [(-1.0, 0.0), (1.0, 0.0), (0.0, -1.0), (0.0, 1.0)] {
-                try_point([centre[0] + dx * step[0], centre[1] + dy * step[1]], &mut best);
-            }
-            if best.1 == centre {
+        let mut step: [f64; 2] = std::array::from_fn(|k| (bounds[1][k] - bounds[0][k]) / SAMPLES as f64);
+        let sample = |i: usize| {
+            let at = [i % SAMPLES, i / SAMPLES].map(|n| n as f64 + 0.5);
+            std::array::from_fn(|k| bounds[0][k] + at[k] * step[k])
+        };
+        // What is too thin for the grid is met beside the middles of its edges.
+        let beside = |edge: &Edge| {
+            let inwards = [-edge.along[1], edge.along[0]];
+            std::array::from_fn(|k| edge.from[k] + 0.5 * edge.along[k] + 0.1 * inwards[k])
+        };
+        let starts = (0..SAMPLES * SAMPLES).map(sample).chain(self.edges.iter().map(beside));
+        let deeper = |a: (f64, [f64; 2]), p: [f64; 2]| {
+            let d = self.distance(&p);
+            if d < a.0 { (d, p) } else { a }
+        };
+        let mut best = starts.fold((f64::INFINITY, self.grid.low), deeper);
+        for _ in 0..CLIMBS {
+            let [x, y] = best.1;
+            let around = [[x - step[0], y], [x + step[0], y], [x, y - step[1]], [x, y + step[1]]];
+            best = around.into_iter().fold(best, deeper);
+            if best.1 == [x, y] {
                 step = step.map(|s| s / 2.0);
             }
         }

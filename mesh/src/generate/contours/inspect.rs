@@ -14,7 +14,9 @@ use crate::geometry::{distance2, dot, subtract};
 /// Coordinates beyond this (m) are no anatomy, and their squares might overflow.
 const FARTHEST: f64 = 1e6;
 /// A contour may have this many points: finding where it crosses itself may take their number squared.
-const MOST_POINTS: usize = 100_000;
+const MOST_POINTS: usize = 20_000;
+/// A slice of an organ may have this many contours: each is compared with each.
+const MOST_CONTOURS: usize = 1_000;
 /// Ends are far apart if their gap is longer than this many times the longest other edge.
 const OPEN: f64 = 4.0;
 /// Points are on a line if they keep within this part of their extent beside it.
@@ -107,7 +109,7 @@ fn check_points(
     if found > MOST_POINTS {
         return Err(Fault::TooManyPoints { organ, contour, found, limit: MOST_POINTS });
     }
-    let absurd = |x: &f64| !(x.abs() <= FARTHEST);
+    let absurd = |x: &f64| x.is_nan() || x.abs() > FARTHEST;
     for (point, p) in drawn.points.iter().enumerate() {
         if let Some(&value) = p.iter().find(|x| absurd(x)) {
             return Err(Fault::Coordinate { organ, contour, point, value });
@@ -144,6 +146,10 @@ fn encloses_area(points: &[[f64; 2]]) -> bool {
 /// The contours of one plane together.
 fn inspect_slice(organ: &str, group: &mut [Sound], repairs: &mut Vec<Repair>) -> Result<Slice, Vec<Fault>> {
     let z = group[0].z;
+    if group.len() > MOST_CONTOURS {
+        let (organ, found) = (organ.to_owned(), group.len());
+        return Err(vec![Fault::TooManyContours { organ, z, found, limit: MOST_CONTOURS }]);
+    }
     let mut kept: Vec<&mut Sound> = Vec::with_capacity(group.len());
     let mut faults = Vec::new();
     for one in group {
@@ -180,10 +186,11 @@ fn same_outline(one: &[[f64; 2]], other: &[[f64; 2]]) -> bool {
     if n != other.len() {
         return false;
     }
-    let starts = (0..n).filter(|&s| other[s] == one[0]);
-    let mut starts = starts.take(2);
-    // No point stands in a simple contour twice, but touches; two starts are enough to try.
-    starts.any(|s| (0..n).all(|i| one[i] == other[(s + i) % n]) || (0..n).all(|i| one[i] == other[(s + n - i) % n]))
+    // A contour may touch itself, so that its first point is there twice.
+    let mut starts = (0..n).filter(|&s| other[s] == one[0]).take(2);
+    let along = |s: usize| (0..n).all(|i| one[i] == other[(s + i) % n]);
+    let against = |s: usize| (0..n).all(|i| one[i] == other[(s + n - i) % n]);
+    starts.any(|s| along(s) || against(s))
 }
 
 /// Remarks on the distances between slices; returns the thickness of a single one.

@@ -8,7 +8,7 @@ use super::{
 /// The parts of a slice, in the order of their outer contours. The contours are simple and do not cross.
 pub(super) fn parts(contours: Vec<Vec<[f64; 2]>>) -> Vec<Part> {
     let n = contours.len();
-    let boxes: Vec<_> = contours.iter().map(|c| bounding_box(c)).collect();
+    let boxes: Vec<_> = contours.iter().map(bounding_box).collect();
     let within = |i: usize, j: usize| {
         let held = (0..2).all(|k| boxes[j][0][k] <= boxes[i][0][k] && boxes[i][1][k] <= boxes[j][1][k]);
         i != j && held && is_within(&contours[i], &contours[j])

@@ -42,6 +42,11 @@ impl Slice {
         self.parts.iter().map(Part::area).sum()
     }
 
+    /// Lowest and highest corner of its contours, m.
+    pub(super) fn outline(&self) -> [[f64; 2]; 2] {
+        bounding_box(self.parts.iter().flat_map(|part| &part.outer))
+    }
+
     /// The centroid of the area inside, m.
     pub(super) fn centroid(&self) -> [f64; 2] {
         let area = self.area();
@@ -50,7 +55,7 @@ impl Slice {
             centroid.iter_mut().zip(moment).for_each(|(c, m)| *c += m / area);
         }
         // Rounding may throw the centroid of a sliver anywhere.
-        let [low, high] = bounding_box(self.parts.iter().flat_map(|part| &part.outer));
+        let [low, high] = self.outline();
         std::array::from_fn(|k| if centroid[k].is_finite() { centroid[k].clamp(low[k], high[k]) } else { low[k] })
     }
 }
@@ -98,13 +103,15 @@ impl Organ {
     ///
     /// For slices a distance apart it is free of bias: for a sphere cut at random, the mean is its volume.
     pub fn volume(&self) -> f64 {
+        self.slices.iter().zip(self.thicknesses()).map(|(slice, thickness)| slice.area() * thickness).sum()
+    }
+
+    /// How far each slice reaches: from half way to its lower neighbour to half way to its upper one, m.
+    pub(super) fn thicknesses(&self) -> Vec<f64> {
         let [below, above] = self.end_distances();
-        let n = self.slices.len();
-        let reach = |i: usize| {
-            let down = if i == 0 { below } else { self.slices[i].z - self.slices[i - 1].z };
-            let up = if i + 1 == n { above } else { self.slices[i + 1].z - self.slices[i].z };
-            (down + up) / 2.0
-        };
-        self.slices.iter().enumerate().map(|(i, slice)| slice.area() * reach(i)).sum()
+        let mut distances = vec![below];
+        distances.extend(self.slices.windows(2).map(|pair| pair[1].z - pair[0].z));
+        distances.push(above);
+        distances.windows(2).map(|pair| f64::midpoint(pair[0], pair[1])).collect()
     }
 }

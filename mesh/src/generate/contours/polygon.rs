@@ -16,6 +16,11 @@ pub(super) fn edges(polygon: &[[f64; 2]]) -> impl Iterator<Item = ([f64; 2], [f6
     (0..polygon.len()).map(|i| (polygon[i], polygon[(i + 1) % polygon.len()]))
 }
 
+/// The length all around.
+pub(super) fn perimeter(polygon: &[[f64; 2]]) -> f64 {
+    edges(polygon).map(|(a, b)| distance2(&a, &b).sqrt()).sum()
+}
+
 /// The area, positive where the points run counterclockwise.
 pub(super) fn signed_area(polygon: &[[f64; 2]]) -> f64 {
     let Some(origin) = polygon.first() else { return 0.0 };

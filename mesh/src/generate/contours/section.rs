@@ -6,7 +6,11 @@
 //! changed, but the section between the slices is the part inset evenly. Holes end likewise. The planes beyond the last
 //! slices hold ghosts only.
 
-use super::{field::Field, organ::Slice, polygon::bounding_box};
+use super::{
+    field::Field,
+    organ::Slice,
+    polygon::{bounding_box, perimeter, signed_area},
+};
 
 /// A ghost is raised by this many greatest depths. With 1.25 the caps beyond the last slices hold about as much as
 /// Cavalieri's rule counts there: a cylinder's is 0.43 slice distances times the area (half a slice counted).
@@ -32,10 +36,11 @@ pub(super) struct Shapes {
 
 type Range = std::ops::Range<usize>;
 
-/// A field with its deepest point, and the points of its contours.
+/// A field with its greatest depth.
 pub(super) struct Shape {
     field: Field,
     depth: f64,
+    /// The points of its contours, then the deepest one.
     probes: Vec<[f64; 2]>,
 }
 
@@ -70,9 +75,17 @@ impl Shape {
     fn new(contours: Vec<Vec<[f64; 2]>>, cover: [[f64; 2]; 2]) -> Self {
         let field = Field::new(contours.iter().map(Vec::as_slice), cover);
         let (depth, deepest) = field.deepest();
+        // No shape is shallower than its area over its perimeter; should nothing deep have been found, a ghost needs that.
+        let area: f64 = contours.iter().map(|c| signed_area(c)).sum();
+        let depth = depth.max(area / contours.iter().map(|c| perimeter(c)).sum::<f64>());
         let mut probes: Vec<[f64; 2]> = contours.into_iter().flatten().collect();
         probes.push(deepest);
         Self { field, depth, probes }
+    }
+
+    /// The points of its contours, without the deepest one.
+    fn corners(&self) -> &[[f64; 2]] {
+        &self.probes[..self.probes.len() - 1]
     }
 
     fn bounds(&self) -> [[f64; 2]; 2] {
@@ -115,6 +128,5 @@ fn overlap(one: &Shape, other: &Shape) -> bool {
 fn hole_ends(shapes: &[Shape], i: usize, own: &Shapes) -> bool {
     let hole = &shapes[i];
     let inside = |p: &[f64; 2]| own.parts.clone().any(|j| shapes[j].field.distance(p) < 0.0);
-    hole.probes.iter().all(inside)
-        && own.parts.clone().all(|j| !hole.holds_any(&shapes[j].probes[..shapes[j].probes.len() - 1]))
+    hole.probes.iter().all(inside) && own.parts.clone().all(|j| !hole.holds_any(shapes[j].corners()))
 }

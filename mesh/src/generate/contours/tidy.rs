@@ -1,10 +1,12 @@
 //! Repair of one contour: duplicate clicks, points out of order.
 
-use super::polygon::{edges, first_conflict};
+use super::polygon::{first_conflict, perimeter};
 use crate::geometry::distance2;
 
 /// The longest run of points that is turned round: a few clicks out of order, not a figure of eight.
 const LONGEST_RUN: usize = 3;
+/// No more slips than this are mended in one contour.
+const MOST_RUNS: usize = 16;
 
 /// Removes each point within `tolerance` of the one before, or of the one before that (out and straight back, where both
 /// points of the detour go), and returns how many went. The first point repeated as the last goes uncounted.
@@ -30,13 +32,12 @@ pub(super) fn remove_duplicates(polygon: &mut Vec<[f64; 2]>, tolerance: f64) -> 
 }
 
 /// Turns short runs of points round until no edges cross, and returns how many it turned; or the first two edges that cross
-/// where that does not help. Each turn shortens the contour, so that it ends.
+/// where that does not help or there is no end of it. Each turn shortens the contour.
 pub(super) fn put_in_order(polygon: &mut [[f64; 2]]) -> Result<usize, [usize; 2]> {
     let mut turned = 0;
     while let Some((i, j)) = first_conflict(polygon, None) {
         let before = perimeter(polygon);
-        // No more turns than points: beyond that the drawing is not a contour with a few slips.
-        if turned > polygon.len() || !turn_run(polygon, i, j) || perimeter(polygon) >= before {
+        if turned == MOST_RUNS || !turn_run(polygon, i, j) || perimeter(polygon) >= before {
             return Err([i, j]);
         }
         turned += 1;
@@ -57,10 +58,6 @@ fn turn_run(polygon: &mut [[f64; 2]], i: usize, j: usize) -> bool {
         polygon.swap((start + k) % n, (start + len - 1 - k) % n);
     }
     true
-}
-
-fn perimeter(polygon: &[[f64; 2]]) -> f64 {
-    edges(polygon).map(|(a, b)| distance2(&a, &b).sqrt()).sum()
 }
 
 #[cfg(test)]
