@@ -1,15 +1,16 @@
 //! Isosurface stuffing from outside: conformity, volumes, borders, angles, and what is refused.
 
 use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
 use std::collections::HashMap;
 use std::ops::ControlFlow;
 use stylet_mesh::generate::Tets;
 use stylet_mesh::generate::implicit::{Implicit, Strata};
 use stylet_mesh::generate::stuff::{
-    GenerateError, Refinement, Settings, Stuffed, stuff,
+    Border, GenerateError, Refinement, Settings, SolidSettings, Step, Stuffed, Warning, stuff,
 };
 use stylet_mesh::geometry::signed_measure;
-use stylet_mesh::quality;
+use stylet_mesh::{MeshChange, quality};
 
 const UNIT: [[f64; 3]; 2] = [[0.0; 3], [1.0; 3]];
 
@@ -94,7 +95,8 @@ fn check_filling(tets: &Tets, [lower, upper]: [[f64; 3]; 2]) {
     assert!((total - expected).abs() <= 1e-12 * expected, "{total:e} of {expected:e}");
     for facet in open_facets(tets) {
         let points = facet.map(|v| tets.points[v as usize]);
-        let in_face = (0..3).any(|k| points.iter().all(|p| p[k] == lower[k]) || points.iter().all(|p| p[k] == upper[k]));
+        let in_face =
+            (0..3).any(|k| points.iter().all(|p| p[k] == lower[k]) || points.iter().all(|p| p[k] == upper[k]));
         assert!(in_face, "{points:?}");
     }
 }
@@ -129,7 +131,12 @@ fn border_error(tets: &Tets, shape: &dyn Implicit, region: u32) -> f64 {
 
 /// Least and greatest dihedral angle, degrees.
 fn angles(tets: &Tets) -> (f64, f64) {
-    let each = (0..tets.cells.len()).map(|i| quality::angles_deg(&corners(tets, i)));
+    extremes(tets, 0..tets.cells.len())
+}
+
+/// The same for some cells.
+fn extremes(tets: &Tets, cells: impl Iterator<Item = usize>) -> (f64, f64) {
+    let each = cells.map(|i| quality::angles_deg(&corners(tets, i)));
     each.fold((180.0, 0.0), |(min, max), (a, b)| (min.min(a), max.max(b)))
 }
 
@@ -144,10 +151,8 @@ fn an_ellipsoid_in_a_box_keeps_its_volume_its_surface_and_the_bounds_of_angles()
         assert!((report.volumes[0] / exact - 1.0).abs() < tolerance, "{}", report.volumes[0] / exact);
         assert!((report.sampled_volumes[0] / exact - 1.0).abs() < 0.01);
         assert!(report.warnings.is_empty());
-        println!("{size} {:e} {:e} {:?}", border_error(&tets, &ellipsoid, 0), report.border_error, angles(&tets));
         assert!(border_error(&tets, &ellipsoid, 0) < 1e-9 && report.border_error < 1e-9);
         let (min, max) = angles(&tets);
-        println!("{} tets, {} points, {min} {max}", tets.cells.len(), tets.points.len());
         assert!(min >= 8.9 && max <= 160.0, "{min} {max}");
         tets.into_mesh().unwrap().check_invariants().unwrap();
     }
@@ -161,7 +166,6 @@ fn a_lattice_without_solids_has_the_angles_of_its_six_kinds_of_cells() {
     check_filling(&tets, UNIT);
     assert_eq!((report.coarser_levels, report.finer_levels), (2, 3));
     let (min, max) = angles(&tets);
-    println!("{} {min} {max}", tets.cells.len());
     // The angles of Labelle & Shewchuk's graded lattice.
     assert!(min > 45.0 - 1e-9 && max < 120.0 + 1e-9, "{min} {max}");
 }
@@ -186,7 +190,6 @@ fn planes_that_cross_the_box_leave_its_faces_sharp() {
         let shapes = [slab(z, 0.1), slab(z, 0.217)];
         let Stuffed { tets, report } = run(&strata(&shapes), UNIT, &Settings::new(1.0 / 16.0)).unwrap();
         check_filling(&tets, UNIT);
-        println!("{z} {:?} {:e} {:?}", report.volumes, report.border_error, angles(&tets));
         assert!((report.volumes[0] - 0.2).abs() < 1e-9 && (report.volumes[1] - 0.234).abs() < 1e-9);
         assert!(report.border_error < 1e-9);
     }
@@ -197,7 +200,11 @@ fn nested_touching_and_crossing_solids_conform() {
     let cases = [
         vec![ball([0.5; 3], 0.2), ball([0.5; 3], 0.35)],
         vec![ball([0.3, 0.5, 0.5], 0.2), ball([0.7, 0.5, 0.5], 0.2)],
-        vec![ball([0.42, 0.5, 0.5], 0.25), ball([0.6, 0.5, 0.5], 0.25), Shape::Block { centre: [0.5; 3], half: [0.4, 0.2, 0.15] }],
+        vec![
+            ball([0.42, 0.5, 0.5], 0.25),
+            ball([0.6, 0.5, 0.5], 0.25),
+            Shape::Block { centre: [0.5; 3], half: [0.4, 0.2, 0.15] },
+        ],
         vec![ball([0.42, 0.5, 0.5], 0.25), Shape::Block { centre: [0.5, 0.5, 0.2], half: [0.6, 0.6, 0.27] }],
     ];
     for shapes in cases {
@@ -205,11 +212,137 @@ fn nested_touching_and_crossing_solids_conform() {
         let strata = strata(&shapes);
         let Stuffed { tets, report } = run(&strata, UNIT, &settings).unwrap();
         check_filling(&tets, UNIT);
-        println!("{:?} {:?} error {:e} {:?} {:?}", report.volumes, report.sampled_volumes, report.border_error, angles(&tets), report.warnings);
         assert!(border_error(&tets, &shapes[0], 0) < 1e-9);
         assert!(report.border_error < 1e-3);
         tets.into_mesh().unwrap();
     }
+}
+
+#[test]
+fn a_block_of_cubes_is_bisected_into_few_shapes() {
+    let settings = Settings { coarsest: 0.125, ..Settings::new(0.125) };
+    let mut mesh = run(&strata(&[]), UNIT, &settings).unwrap().tets.into_mesh().unwrap();
+    // Cells between two cubes, and their halves at the faces of the box.
+    assert_eq!(quality::shapes(&mesh), 2);
+    let mut change = MeshChange::default();
+    mesh.refine_around([0.51, 0.47, 0.53], 1.0 / 64.0, &mut change).unwrap();
+    mesh.check_invariants().unwrap();
+    let n = quality::shapes(&mesh);
+    println!("SHAPES {n} {}", mesh.n_cells());
+    mesh.refine_around([0.01, 0.47, 0.53], 1.0 / 64.0, &mut change).unwrap();
+    println!("SHAPES {} {}", quality::shapes(&mesh), mesh.n_cells());
+    assert!(quality::shapes(&mesh) <= 18);
+}
+
+#[test]
+fn a_solid_by_element_takes_its_cells_by_their_centroids() {
+    let shapes = [ball([0.5; 3], 0.2), ball([0.5; 3], 0.35)];
+    let solids = vec![SolidSettings { border: Border::ByElement, size: Some(0.05) }, SolidSettings::default()];
+    let settings = Settings { solids, ..Settings::new(0.1) };
+    let Stuffed { tets, .. } = run(&strata(&shapes), UNIT, &settings).unwrap();
+    check_filling(&tets, UNIT);
+    for (i, region) in tets.regions.iter().enumerate() {
+        let corners = corners(&tets, i);
+        let centroid = std::array::from_fn(|k| 0.25 * corners.iter().map(|p| p[k]).sum::<f64>());
+        assert_eq!(shapes[0].distance(&centroid) < 0.0, *region == 0);
+    }
+    assert!(border_error(&tets, &shapes[1], 2) < 1e-9);
+}
+
+#[test]
+fn without_a_background_only_the_solids_are_kept() {
+    let shape = ball([0.5; 3], 0.3);
+    let settings = Settings { background: false, ..Settings::new(0.1) };
+    let Stuffed { tets, report } = run(&strata(&[shape]), UNIT, &settings).unwrap();
+    assert!(tets.regions.iter().all(|r| *r == 0) && report.volumes[1] == 0.0);
+    for facet in open_facets(&tets) {
+        assert!(facet.iter().all(|v| shape.distance(&tets.points[*v as usize]).abs() < 1e-9));
+    }
+    tets.into_mesh().unwrap();
+}
+
+#[test]
+fn the_same_input_gives_the_same_bits() {
+    let shapes = [ball([0.4; 3], 0.2), ball([0.6; 3], 0.25)];
+    let once = || run(&strata(&shapes), UNIT, &Settings::new(0.1)).unwrap();
+    assert_eq!(once(), once());
+}
+
+/// A solid whose distance is not a number beyond a plane.
+struct Broken;
+
+impl Implicit for Broken {
+    fn distance(&self, p: &[f64; 3]) -> f64 {
+        if p[0] > 0.8 { f64::NAN } else { p[0] - 0.4 }
+    }
+
+    fn bounds(&self) -> Option<[[f64; 3]; 2]> {
+        None
+    }
+}
+
+#[test]
+fn bad_input_is_refused_by_name() {
+    let solid = [ball([0.5; 3], 0.2)];
+    let refused = |domain, settings: &Settings| run(&strata(&solid), domain, settings).unwrap_err();
+    let flat = [[0.0; 3], [1.0, 0.0, 1.0]];
+    assert!(matches!(refused(flat, &Settings::new(0.1)), GenerateError::Box { axis: 1, .. }));
+    for size in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        assert!(matches!(refused(UNIT, &Settings::new(size)), GenerateError::Size { .. }));
+    }
+    let solids = vec![SolidSettings::default(); 2];
+    let error = refused(UNIT, &Settings { solids, ..Settings::new(0.1) });
+    assert_eq!(error, GenerateError::SolidSettings { expected: 1, found: 2 });
+    let error = run(&Strata::new(vec![Box::new(Broken)]), UNIT, &Settings::new(0.1)).unwrap_err();
+    assert!(matches!(error, GenerateError::NotANumber { solid: 0, point } if point[0] > 0.8));
+    let nothing = Settings { background: false, ..Settings::new(0.1) };
+    assert_eq!(run(&strata(&[]), UNIT, &nothing).unwrap_err(), GenerateError::Nothing);
+}
+
+#[test]
+fn a_billion_tetrahedra_are_refused_before_they_are_made() {
+    let solid = [ball([0.5; 3], 0.3)];
+    // As many small cubes as that, or as many along the border of large ones.
+    for settings in
+        [Settings { coarsest: 0.002, ..Settings::new(0.002) }, Settings { coarsest: 0.1, ..Settings::new(1e-4) }]
+    {
+        let Err(GenerateError::TooManyTets { estimate, limit }) = run(&strata(&solid), UNIT, &settings) else {
+            panic!("not refused");
+        };
+        assert!(estimate > 1e9 && limit == settings.max_tets, "{estimate}");
+    }
+}
+
+#[test]
+fn solids_that_the_lattice_does_not_show_are_named() {
+    let outside = ball([2.0; 3], 0.1);
+    let tiny = ball([0.512, 0.489, 0.517], 0.001);
+    for solid in [outside, tiny] {
+        let shapes = [ball([0.25; 3], 0.2), solid];
+        let error = run(&strata(&shapes), UNIT, &Settings::new(0.1)).unwrap_err();
+        assert_eq!(error, GenerateError::NoCells { solid: 1, size: 0.1 });
+    }
+    // A plate of a tenth of a cube's thickness in a lattice plane.
+    let plate = Shape::Block { centre: [0.5; 3], half: [0.3, 0.3, 0.011] };
+    match run(&strata(&[plate]), UNIT, &Settings::new(0.1)) {
+        Err(GenerateError::NoCells { solid: 0, .. }) => {}
+        Ok(Stuffed { report, .. }) => {
+            assert!(matches!(report.warnings[..], [Warning::Volume { solid: 0, .. }]), "{:?}", report.volumes);
+        }
+        Err(other) => panic!("{other}"),
+    }
+}
+
+#[test]
+fn the_hook_sees_each_step_and_may_stop() {
+    let solid = [ball([0.5; 3], 0.2)];
+    let mut steps = Vec::new();
+    let result = stuff(&strata(&solid), UNIT, &Settings::new(0.1), &mut |step| {
+        steps.push(step);
+        if step == (Step::Border { solid: 0 }) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
+    assert_eq!(result.unwrap_err(), GenerateError::Cancelled);
+    assert!(matches!(steps[..], [Step::Cubes { level: 0 }, .., Step::Lattice { .. }, Step::Border { solid: 0 }]));
 }
 
 fn shape() -> impl Strategy<Value = Shape> {
@@ -222,8 +355,13 @@ fn shape() -> impl Strategy<Value = Shape> {
     ]
 }
 
+/// 200 cases, the same in each run.
+fn cases() -> ProptestConfig {
+    ProptestConfig { rng_seed: RngSeed::Fixed(2007), ..ProptestConfig::with_cases(200) }
+}
+
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(200))]
+    #![proptest_config(cases())]
 
     #[test]
     fn random_unions_conform(shapes in prop::collection::vec(shape(), 1..4)) {
@@ -231,9 +369,10 @@ proptest! {
         let Stuffed { tets, report } = run(&strata, UNIT, &Settings { coarsest: 0.2, ..Settings::new(0.1) }).unwrap();
         check_filling(&tets, UNIT);
         prop_assert!(report.warnings.is_empty(), "{:?}", report.warnings);
-        let (min, max) = angles(&tets);
-        let touches = shapes.iter().any(|s| { let [l, h] = s.bounds().unwrap(); (0..3).any(|k| l[k] < 0.0 || h[k] > 1.0) });
-        println!("union {touches} {min} {max}");
+        // Cells of the cubes at the faces of the box have no proven bounds.
+        let inner = |i: &usize| corners(&tets, *i).iter().flatten().all(|x| (0.1 - 1e-9..0.9 + 1e-9).contains(x));
+        let (min, max) = extremes(&tets, (0..tets.cells.len()).filter(inner));
+        prop_assert!(min >= 8.9 && max <= 160.0, "{min} {max}");
         prop_assert!(report.border_error < 1e-3);
     }
 
@@ -243,7 +382,6 @@ proptest! {
             Ok(Stuffed { tets, report }) => {
                 check_filling(&tets, UNIT);
                 let (min, max) = angles(&tets);
-                println!("order {min} {max} {:e} {:e} {:?}", border_error(&tets, &shapes[0], 0), report.border_error, report.warnings);
                 let missed = border_error(&tets, &shapes[0], 0);
                 prop_assert!(missed <= report.border_error.max(1e-9) && missed < 0.05, "{missed:e} {:e}", report.border_error);
                 tets.into_mesh().unwrap();

@@ -42,12 +42,7 @@ pub(super) struct Stage<'a> {
 pub(super) const EDGES: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
 
 /// Gives the part of the open cells inside a surface its label.
-pub(super) fn cut(
-    complex: &mut Complex,
-    surfaces: &[Surface],
-    number: usize,
-    scale: f64,
-) -> Result<(), GenerateError> {
+pub(super) fn cut(complex: &mut Complex, surfaces: &[Surface], number: usize, scale: f64) -> Result<(), GenerateError> {
     let mut stage = Stage::new(complex, surfaces, number, scale)?;
     stage.find_cuts(complex)?;
     warp(complex, &mut stage)?;

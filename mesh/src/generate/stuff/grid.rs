@@ -51,7 +51,10 @@ impl Grid {
         let along = cubes.iter().fold(0.0_f64, |a, b| a.max(*b)) * (f64::from(border) + finer).exp2();
         if estimate > settings.max_tets as f64 || along > MAX_CELLS {
             // Too many cubes along an axis: along a surface there are at least their square.
-            return Err(GenerateError::TooManyTets { estimate: estimate.max(TETS_PER_CUBE * along * along), limit: settings.max_tets });
+            return Err(GenerateError::TooManyTets {
+                estimate: estimate.max(TETS_PER_CUBE * along * along),
+                limit: settings.max_tets,
+            });
         }
         let depth = border + finer as u8;
         Ok(Self { lower, upper, roots: cubes.map(|n| n as u32), depth, border, size: settings.size })
@@ -78,9 +81,7 @@ impl Grid {
 
     /// The edges of a cube, m.
     pub fn edges(&self, level: u8) -> [f64; 3] {
-        std::array::from_fn(|k| {
-            (self.upper[k] - self.lower[k]) / f64::from(self.roots[k]) / f64::from(1_u32 << level)
-        })
+        std::array::from_fn(|k| (self.upper[k] - self.lower[k]) / f64::from(self.roots[k]) / f64::from(1_u32 << level))
     }
 
     /// The distance from a cube's centre to its corners, m.

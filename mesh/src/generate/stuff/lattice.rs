@@ -31,6 +31,10 @@ pub(super) fn lattice(grid: &Grid, octree: &Octree) -> Complex {
         for i in 0..8 {
             lattice.vertex(std::array::from_fn(|k| 2 * leaf.origin[k] as i32 + (i >> k & 1) * side));
         }
+    }
+    // Then the centres: of edges of one length, the one with the greater id is bisected first by the rule of the longest
+    // edge. In cubes of one size that is the edge between centres, and its halves are Kuhn simplices with three shapes.
+    for leaf in leaves() {
         let centre = lattice.vertex(lattice.centre(leaf));
         lattice.complex.vertices[centre as usize].is_centre = true;
     }
@@ -64,7 +68,10 @@ impl Lattice<'_> {
     fn vertex(&mut self, site: Site) -> u32 {
         let (grid, complex) = (self.grid, &mut self.complex);
         *self.ids.entry(key(site)).or_insert_with(|| {
-            complex.add_vertex(grid.position(site), Vertex { site: Some(site), is_centre: false, faces: grid.faces(site), on: 0 })
+            complex.add_vertex(
+                grid.position(site),
+                Vertex { site: Some(site), is_centre: false, faces: grid.faces(site), on: 0 },
+            )
         })
     }
 

@@ -63,12 +63,7 @@ struct Sizing<'a> {
 }
 
 impl<'a> Sizing<'a> {
-    fn new(
-        grid: &'a Grid,
-        strata: &'a Strata,
-        conforming: &'a [Surface<'a>],
-        settings: &'a Settings,
-    ) -> Self {
+    fn new(grid: &'a Grid, strata: &'a Strata, conforming: &'a [Surface<'a>], settings: &'a Settings) -> Self {
         let inside = |i: usize| settings.solids.get(i).and_then(|s| s.size).map_or(0, |size| grid.level(size));
         let solids = strata.solids().iter().enumerate();
         let solids = solids.map(|(i, s)| (Surface::new(i, &**s), settings.border(i) == Border::Conforming, inside(i)));

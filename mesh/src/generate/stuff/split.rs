@@ -78,7 +78,9 @@ fn borders(complex: &Complex, stage: &Stage, work: &[(usize, Vec<usize>)]) -> Ve
         }
     }
     let on = |v: u32| complex.vertices[v as usize].on;
-    (0..stage.cuts.len()).map(|c| inside[c] & outside[c] & on(stage.cuts[c].ends[0]) & on(stage.cuts[c].ends[1])).collect()
+    (0..stage.cuts.len())
+        .map(|c| inside[c] & outside[c] & on(stage.cuts[c].ends[0]) & on(stage.cuts[c].ends[1]))
+        .collect()
 }
 
 /// Divides an edge of a cell and of its parts, which begin at `first`: the part with the second end is new.

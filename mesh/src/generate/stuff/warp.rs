@@ -39,7 +39,8 @@ pub(super) fn limit(a: &Vertex, b: &Vertex) -> f64 {
 /// Moves violated vertices, the one with the nearest cut first; cuts of edges with an end on the surface are no more.
 pub(super) fn warp(complex: &mut Complex, stage: &mut Stage) -> Result<(), GenerateError> {
     let mut violations = violations(complex, stage);
-    violations.sort_unstable_by(|a, b| a.nearness.total_cmp(&b.nearness).then((a.vertex, a.cut).cmp(&(b.vertex, b.cut))));
+    violations
+        .sort_unstable_by(|a, b| a.nearness.total_cmp(&b.nearness).then((a.vertex, a.cut).cmp(&(b.vertex, b.cut))));
     let guard = Guard::new(complex, violations.iter().map(|v| v.vertex));
     for violation in violations {
         let (v, cut) = (violation.vertex, stage.cuts[violation.cut]);
@@ -139,7 +140,8 @@ impl Guard {
             let cell = &complex.cells[i as usize];
             let before = complex.corners(cell);
             let after = std::array::from_fn(|k| if cell[k] == v { *point } else { before[k] });
-            let is_on_surface = complex.labels[i as usize] == OPEN && cell.iter().all(|w| *w == v || signs[*w as usize] == 0);
+            let is_on_surface =
+                complex.labels[i as usize] == OPEN && cell.iter().all(|w| *w == v || signs[*w as usize] == 0);
             Self::accepts(&after) && !(is_on_surface && has_bad_angle(&after))
                 || relative_measure(&after) >= relative_measure(&before)
         })
