@@ -20,6 +20,11 @@ pub(super) struct Vertex {
 }
 
 impl Vertex {
+    /// Whether it lies on anything.
+    pub fn is_bound(&self) -> bool {
+        self.on != 0 || self.faces != 0
+    }
+
     /// The axes along which it may move within the faces of the box.
     pub fn free_axes(&self) -> [bool; 3] {
         std::array::from_fn(|k| self.faces >> (2 * k) & 3 == 0)

@@ -57,7 +57,7 @@ pub(super) fn cut(
 
 impl<'a> Stage<'a> {
     /// Signs at the vertices of open cells.
-    fn new(complex: &Complex, surfaces: &'a [Surface], number: usize, scale: f64) -> Result<Self, GenerateError> {
+    fn new(complex: &mut Complex, surfaces: &'a [Surface], number: usize, scale: f64) -> Result<Self, GenerateError> {
         let n = complex.points.len();
         let mut stage =
             Self { surfaces, number, scale, signs: vec![0; n], values: vec![f64::NAN; n], cuts: Vec::new() };
@@ -65,9 +65,12 @@ impl<'a> Stage<'a> {
             for &v in cell {
                 let v = v as usize;
                 if stage.values[v].is_nan() {
-                    let value = surfaces[number].side(&complex.points[v])?;
+                    let value = surfaces[number].side(&complex.points[v], scale)?;
                     stage.values[v] = value;
                     stage.signs[v] = i8::from(value > ZERO * scale) - i8::from(value < -ZERO * scale);
+                    if stage.signs[v] == 0 {
+                        complex.vertices[v].on |= stage.bit();
+                    }
                 }
             }
         }

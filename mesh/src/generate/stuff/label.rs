@@ -25,7 +25,7 @@ pub(super) fn regions(
         if by_element.first().is_some_and(|s| s.solid < region) {
             let centroid = complex.centroid(cell);
             for solid in by_element.iter().take_while(|s| s.solid < region) {
-                if solid.side(&centroid)? < 0.0 {
+                if solid.side(&centroid, 0.0)? < 0.0 {
                     region = solid.solid;
                     break;
                 }

@@ -34,12 +34,12 @@ impl<'a> Surface<'a> {
         Ok(value.clamp(-LARGEST, LARGEST))
     }
 
-    /// A number with the sign of the distance, found sooner: outside the bounds of the solid it is the distance to these
-    /// along an axis.
-    pub fn side(&self, p: &[f64; 3]) -> Result<f64, GenerateError> {
+    /// A number with the sign of the distance, found sooner: further than `margin` outside the bounds of the solid it is the
+    /// distance to these along an axis.
+    pub fn side(&self, p: &[f64; 3], margin: f64) -> Result<f64, GenerateError> {
         let Some([lower, upper]) = &self.bounds else { return self.value(p) };
         let outside = (0..3).map(|k| (lower[k] - p[k]).max(p[k] - upper[k])).fold(f64::NEG_INFINITY, f64::max);
-        if outside > 0.0 { Ok(outside) } else { self.value(p) }
+        if outside > margin { Ok(outside) } else { self.value(p) }
     }
 
     /// The gradient by central differences, along the axes that are `free`.
@@ -102,7 +102,7 @@ pub(super) fn between(a: &[f64; 3], b: &[f64; 3], t: f64) -> [f64; 3] {
 /// The first solid that holds a point, by its place in `surfaces`.
 pub(super) fn holder(surfaces: &[Surface], p: &[f64; 3]) -> Result<Option<usize>, GenerateError> {
     for (i, surface) in surfaces.iter().enumerate() {
-        if surface.side(p)? < 0.0 {
+        if surface.side(p, 0.0)? < 0.0 {
             return Ok(Some(i));
         }
     }

@@ -48,7 +48,7 @@ pub(super) fn warp(complex: &mut Complex, stage: &mut Stage) -> Result<(), Gener
         }
         let target = match target(complex, stage, &violation)? {
             Some(point) if guard.allows(complex, &stage.signs, v, &point) => point,
-            _ if violation.part < IN_PLACE => complex.points[v as usize],
+            _ if violation.part < IN_PLACE && complex.vertices[v as usize].is_bound() => complex.points[v as usize],
             _ => continue,
         };
         complex.points[v as usize] = target;
