@@ -22,7 +22,7 @@ const LONGEST_STEP: f64 = 0.5;
 /// A vertex with steps shorter than this part of the shortest edge is where it should be.
 const SHORTEST_STEP: f64 = 1e-3;
 /// How far a moved vertex may be from its surface, as part of the shortest edge.
-const ON_SURFACE: f64 = 1e-6;
+const ON_SURFACE: f64 = 1e-7;
 /// Differences for normals, as part of the shortest edge.
 const DIFFERENCE: f64 = 1e-4;
 
