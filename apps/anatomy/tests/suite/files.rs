@@ -1,8 +1,8 @@
 //! Files read back, files refused, and the study that ships.
 
 use dicom_core::{DataElement, Tag, VR, value::DataSetSequence};
-use dicom_dictionary_std::tags;
-use dicom_object::{DefaultDicomObject, InMemDicomObject, OpenFileOptions, file::ReadPreamble};
+use dicom_dictionary_std::{tags, uids};
+use dicom_object::{DefaultDicomObject, FileMetaTableBuilder, InMemDicomObject, OpenFileOptions, file::ReadPreamble};
 use proptest::prelude::*;
 use std::{fs, path::PathBuf};
 use stylet_anatomy::{Problem, ReadError, StudyError, WriteError, json, read, rt, synthetic};
@@ -179,6 +179,15 @@ fn refused_in(path: &[Tag], change: impl FnOnce(&mut InMemDicomObject)) -> Strin
         object.put(DataElement::new(*tag, VR::SQ, DataSetSequence::from(items)));
     }
     refused(|file| descend(file, path, change))
+}
+
+#[test]
+fn implicit_vr_is_read_too() {
+    let file = OpenFileOptions::new().read_preamble(ReadPreamble::Always).from_reader(&small_dicom()[..]).unwrap();
+    let meta = FileMetaTableBuilder::new().transfer_syntax(uids::IMPLICIT_VR_LITTLE_ENDIAN);
+    let mut bytes = Vec::new();
+    file.into_inner().with_meta(meta).unwrap().write_all(&mut bytes).unwrap();
+    assert_eq!(rt::read(&bytes).unwrap().drawings, small());
 }
 
 fn set(tag: Tag, vr: VR, text: &str) -> impl FnOnce(&mut InMemDicomObject) {
