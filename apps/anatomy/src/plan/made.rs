@@ -60,7 +60,7 @@ pub struct MadeRegion {
     pub cells: usize,
     /// Volume of its cells, m³.
     pub volume: f64,
-    /// Its volume by its source, m³: of contours that nothing covers the sum over the slices, of other solids by sampling.
+    /// Its volume by its source, m³: of contours by the slices, of other solids by sampling.
     pub source_volume: f64,
 }
 

@@ -54,7 +54,7 @@ pub struct Organ {
     pub fixed: bool,
     /// What it is made of.
     pub material: Material,
-    /// Its volume, m³, where its source says it and no solid before it can take some of it.
+    /// The volume that belongs to it, m³, where its source says it.
     pub volume: Option<f64>,
 }
 
@@ -111,11 +111,11 @@ impl Plan {
     pub fn of_contours(set: &ContourSet, how: &ContourPlan) -> Result<Self, PlanError> {
         let strata = set.strata();
         let domain = around(&strata, how.margin).ok_or(PlanError::NoOrgan)?;
-        let organs = set.organs().iter().enumerate().map(|(place, organ)| Organ {
+        let organs = set.organs().iter().zip(set.region_volumes()).map(|(organ, volume)| Organ {
             name: organ.name().to_owned(),
             fixed: false,
             material: Material::default(),
-            volume: (place == 0).then(|| organ.volume()),
+            volume: Some(volume),
         });
         Ok(Self {
             domain,

@@ -4,7 +4,7 @@ use super::Plan;
 use crate::shapes::Material;
 use std::fmt::Write as _;
 
-/// Tissue of which nothing is known: see the defaults of `[material]`.
+/// Standard gravity as the built-in scenes have it, m/s².
 const GRAVITY: [f64; 3] = [0.0, 0.0, -9.81];
 
 impl Plan {
@@ -13,7 +13,7 @@ impl Plan {
         let mut text = format!(
             "# Made with the mesh: materials by region, held where it is fixed, under its weight.\n[mesh]\nfile = {mesh_file:?}\n"
         );
-        text.push_str("\n[material]\n");
+        text.push_str("\n[statics]\n\n[material]\n");
         if let Some(background) = &self.background {
             write_material(&mut text, background);
         }

@@ -8,6 +8,7 @@ mod bodies;
 mod body_meshes;
 mod body_time;
 mod cube;
+mod generate;
 mod mesh;
 mod mesh_files;
 mod mesh_undo;
