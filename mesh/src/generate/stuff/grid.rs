@@ -49,11 +49,11 @@ impl Grid {
         let cubes = cubes(border);
         let estimate = TETS_PER_CUBE * cubes.iter().product::<f64>();
         let along = cubes.iter().fold(0.0_f64, |a, b| a.max(*b)) * (f64::from(border) + finer).exp2();
-        if estimate > settings.max_tets as f64 || along > MAX_CELLS {
+        if estimate > settings.limit() as f64 || along > MAX_CELLS {
             // Too many cubes along an axis: along a surface there are at least their square.
             return Err(GenerateError::TooManyTets {
                 estimate: estimate.max(TETS_PER_CUBE * along * along),
-                limit: settings.max_tets,
+                limit: settings.limit(),
             });
         }
         let depth = border + finer as u8;

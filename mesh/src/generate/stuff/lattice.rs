@@ -32,8 +32,7 @@ pub(super) fn lattice(grid: &Grid, octree: &Octree) -> Complex {
             lattice.vertex(std::array::from_fn(|k| 2 * leaf.origin[k] as i32 + (i >> k & 1) * side));
         }
     }
-    // Then the centres: of edges of one length, the one with the greater id is bisected first by the rule of the longest
-    // edge. In cubes of one size that is the edge between centres, and its halves are Kuhn simplices with three shapes.
+    // Then the centres: of edges of one length the one with the greater id is bisected first, here that between centres.
     for leaf in leaves() {
         let centre = lattice.vertex(lattice.centre(leaf));
         lattice.complex.vertices[centre as usize].is_centre = true;

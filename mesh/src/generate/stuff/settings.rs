@@ -17,7 +17,7 @@ pub struct Settings {
     pub solids: Vec<SolidSettings>,
     /// Places with smaller cells than they would have otherwise.
     pub refinements: Vec<Refinement>,
-    /// The largest number of tetrahedra that may be made.
+    /// The largest number of tetrahedra of the lattice, cuts not counted; never more than 2^30.
     pub max_tets: usize,
 }
 
@@ -33,6 +33,11 @@ impl Settings {
             refinements: Vec::new(),
             max_tets: 20_000_000,
         }
+    }
+
+    /// The largest number of tetrahedra, such that 32 bits count all that is made.
+    pub(super) fn limit(&self) -> usize {
+        self.max_tets.min(1 << 30)
     }
 
     /// How the border of a solid is treated.

@@ -139,7 +139,7 @@ impl<'a> Sizing<'a> {
         let next = estimate(leaves + 7.0 * marked);
         // Each further level has at least four times the cubes of the one before, as a surface does.
         let last = estimate(leaves + 7.0 * marked * 4_f64.powi(i32::from(self.grid.depth) - i32::from(level) - 1));
-        let limit = self.settings.max_tets;
+        let limit = self.settings.limit();
         if next > limit as f64 || last > DOUBT * limit as f64 {
             return Err(GenerateError::TooManyTets { estimate: last, limit });
         }

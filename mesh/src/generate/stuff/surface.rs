@@ -136,8 +136,8 @@ pub(super) fn project(
         }
         let Some(step) = shortest_step(&normals[..n], &values[..n]) else { return Ok(None) };
         p = std::array::from_fn(|k| p[k] - step[k]);
-        // A NaN fails this test too.
-        if !(distance2(&p, start) <= reach * reach) {
+        let moved2 = distance2(&p, start);
+        if moved2.is_nan() || moved2 > reach * reach {
             return Ok(None);
         }
     }
@@ -155,7 +155,7 @@ fn shortest_step(normals: &[[f64; 3]], values: &[f64]) -> Option<[f64; 3]> {
             direction = subtract(&direction, &b.map(|x| along * x));
         }
         let length = dot(&direction, &direction).sqrt();
-        if !(length > 0.1 * dot(&normals[i], &normals[i]).sqrt()) || length == 0.0 {
+        if length.is_nan() || length <= 0.1 * dot(&normals[i], &normals[i]).sqrt() {
             return None;
         }
         basis[i] = direction.map(|x| x / length);
