@@ -26,8 +26,8 @@ use stylet_mesh::generate::stuff::{Border, Refinement, Settings, SolidSettings};
 use stylet_mesh::geometry::distance2;
 
 /// Cubes of this part of a tube's radius keep its volume within three parts in a hundred: a mesh in a tube is smaller by about
-/// 0.08 of the square of their ratio.
-const ACROSS: f64 = 0.4;
+/// 0.11 of the square of their ratio.
+const ACROSS: f64 = 0.5;
 
 /// What is to be meshed, and how.
 pub struct Plan {

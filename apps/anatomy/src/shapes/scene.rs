@@ -202,7 +202,7 @@ fn domain(draft: &Draft) -> Result<[[f64; 3]; 2], String> {
 
 fn marker(row: &Row, [low, high]: &[[f64; 3]; 2]) -> Result<Marker, String> {
     let at = row.value("at").and_then(|at| at.floats().ok()).unwrap_or_default();
-    let at: Option<[f64; 3]> = <[f64; 3]>::try_from(at.as_ref()).ok();
+    let at: Option<[f64; 3]> = <[f64; 3]>::try_from(at).ok();
     match at {
         Some(at) if (0..3).all(|k| low[k] <= at[k] && at[k] <= high[k]) => Ok(Marker { name: name_of(row).into(), at }),
         found => Err(format!("at: found {found:?}, expected a point of the box")),

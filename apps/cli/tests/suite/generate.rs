@@ -77,7 +77,8 @@ fn a_generated_mesh_runs_under_its_weight() {
 fn contours_become_organs() {
     let folder = Folder::new();
     let both = ["dcm", "json"].map(|kind| {
-        let run = format!("mesh generate --contours {STUDY}.{kind} --organs urethra,prostate --size 0.006 --bare --json");
+        let run =
+            format!("mesh generate --contours {STUDY}.{kind} --organs urethra,prostate --size 0.006 --bare --json");
         json(&folder.succeed(&run))
     });
     for report in &both {
