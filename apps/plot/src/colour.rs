@@ -15,6 +15,12 @@ impl Colour {
     pub const GRID: Self = Self(0xdd, 0xdd, 0xdd);
     /// Cells without a value.
     pub const NO_DATA: Self = Self(0xc8, 0xc8, 0xc8);
+
+    /// Half as far from white.
+    pub fn paler(self) -> Self {
+        let half = |c: u8| c / 2 + 128;
+        Self(half(self.0), half(self.1), half(self.2))
+    }
 }
 
 impl fmt::Display for Colour {

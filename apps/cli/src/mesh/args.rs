@@ -230,6 +230,28 @@ pub struct QualityArgs {
     pub output: OutputArgs,
 }
 
+/// Across which axis a picture is cut.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
+pub enum CutArg {
+    /// The first axis.
+    X,
+    /// The second axis.
+    Y,
+    /// The third axis.
+    Z,
+}
+
+impl CutArg {
+    /// Towards the half that is taken away, which is the viewer's.
+    pub fn normal(self) -> [f64; 3] {
+        match self {
+            Self::X => [1.0, 0.0, 0.0],
+            Self::Y => [0.0, -1.0, 0.0],
+            Self::Z => [0.0, 0.0, 1.0],
+        }
+    }
+}
+
 /// What colours mean.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
 pub enum ColourArg {
@@ -355,7 +377,7 @@ pub struct GenerateArgs {
     /// Organs of the contours that are meshed, those that take precedence first; all of them if left out.
     #[arg(long, value_name = "NAME,NAME,…", requires = "contours")]
     pub organs: Option<String>,
-    /// Edge of the lattice's cubes at borders, m; that of the scene, or 1/12 of the organs' extent, if left out. Other
+    /// Edge of the lattice's cubes at borders, m; that of the scene, or 1/16 of the organs' extent, if left out. Other
     /// sizes of a scene grow with it.
     #[arg(long, value_name = "H", value_parser = length, allow_hyphen_values = true)]
     pub size: Option<f64>,
@@ -392,6 +414,9 @@ pub struct GenerateArgs {
     /// Draw the mesh cut open, with histograms.
     #[arg(long, value_name = "FILE.svg")]
     pub plot: Option<PathBuf>,
+    /// Across which axis the picture is cut, in the middle.
+    #[arg(long, value_enum, default_value_t = CutArg::Y)]
+    pub cut: CutArg,
     /// What the colours of the picture mean.
     #[arg(long, value_enum, default_value_t = ColourArg::Region)]
     pub colour: ColourArg,

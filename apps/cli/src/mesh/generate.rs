@@ -21,7 +21,7 @@ use stylet_mesh::io::{CellBlock, MeshData};
 use stylet_mesh::quality::{Measure, QualityReport, normalized_volume, report_of};
 
 /// Parts of the extent of the organs that the lattice's cubes are, unless told otherwise.
-const PARTS: f64 = 12.0;
+const PARTS: f64 = 16.0;
 /// Repairs of contours that are listed for people; JSON has them all.
 const MOST_LINES: usize = 8;
 
@@ -228,7 +228,12 @@ impl Report<'_> {
         };
         let values: Vec<f64> =
             tets.cells.iter().map(|cell| normalized_volume(&cell.map(|v| tets.points[v as usize]))).collect();
-        picture::draw_quality(&soup, &values, self.args.colour == ColourArg::Region, quality, &self.name, path)
+        let look = picture::Look {
+            by_region: self.args.colour == ColourArg::Region,
+            names: self.made.regions.iter().map(|region| region.name.clone()).collect(),
+            cut: Some(self.args.cut.normal()),
+        };
+        picture::draw_quality(&soup, &values, look, quality, &self.name, path)
     }
 
     fn border_error(&self) -> f64 {

@@ -17,11 +17,22 @@ const NEEDLE_WIDTH: f64 = 1.6;
 /// Where the viewer is.
 const TOWARDS: [f64; 3] = [0.42, -1.0, 0.48];
 
+/// How a mesh is coloured and cut open.
+#[derive(Default)]
+pub struct Look {
+    pub by_region: bool,
+    /// Names of regions by their numbers.
+    pub names: Vec<String>,
+    /// Direction of what is taken away; the viewer's if left out.
+    pub cut: Option<[f64; 3]>,
+}
+
 /// A mesh as pictures take it, whatever its dimension, coloured by cell.
 pub struct Drawing {
     pub title: String,
     pub colour_label: String,
     pub by_region: bool,
+    pub region_names: Vec<String>,
     /// Padded with zeros.
     points: Vec<[f64; 3]>,
     triangles: Vec<[u32; 3]>,
@@ -41,6 +52,7 @@ impl Drawing {
             title: String::new(),
             colour_label: String::new(),
             by_region: false,
+            region_names: Vec::new(),
             points: points.iter().map(pad).collect(),
             triangles: Vec::new(),
             tetrahedra: Vec::new(),
@@ -126,6 +138,7 @@ impl Drawing {
             title: self.title.clone(),
             colour_label: self.colour_label.clone(),
             by_region: self.by_region,
+            region_names: self.region_names.clone(),
             range: self.range,
             cut: self.cut,
             towards: TOWARDS,
@@ -238,7 +251,7 @@ pub fn draw_needle<const D: usize, const N: usize>(
 pub fn draw_quality<const D: usize, const N: usize>(
     soup: &Soup<D, N>,
     quality: &[f64],
-    by_region: bool,
+    Look { by_region, names, cut }: Look,
     report: &QualityReport,
     title: &str,
     path: &Path,
@@ -246,6 +259,10 @@ pub fn draw_quality<const D: usize, const N: usize>(
     let regions: Vec<f64> = soup.regions.iter().map(|&region| f64::from(region)).collect();
     let mut drawing = Drawing::new(&soup.points, &soup.cells, if by_region { &regions } else { quality });
     drawing.by_region = by_region && D == 3;
+    drawing.region_names = names;
+    if let (Some(normal), Some(middle), 4) = (cut, drawing.middle(), N) {
+        drawing.cut = Some(Cut::through(middle, normal));
+    }
     drawing.colour_label = if by_region { "region" } else { "quality q" }.to_owned();
     drawing.range = (!by_region).then_some((0.0, 1.0));
     let shown = [Measure::Angle, Measure::Quality, Measure::Aspect, Measure::RadiusEdge];

@@ -42,7 +42,8 @@ impl Job for Look<'_> {
             let mut values = vec![f64::NAN; soup.cells.len()];
             solid.iter().for_each(|&cell| values[cell as usize] = normalized_volume(&corners(cell)));
             let by_region = args.colour == ColourArg::Region;
-            picture::draw_quality(&soup, &values, by_region, &quality, &mesh.name, path)?;
+            let look = picture::Look { by_region, ..picture::Look::default() };
+            picture::draw_quality(&soup, &values, look, &quality, &mesh.name, path)?;
         }
         if args.output.json {
             print_json(&json!({

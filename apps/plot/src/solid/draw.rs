@@ -267,13 +267,15 @@ fn entries(picture: &SolidPicture<'_>, colours: &Colouring) -> Vec<Entry> {
             let patch = |svg: &mut Svg| {
                 svg.rect([6.0, -0.4 * LABEL_SIZE], [SAMPLE - 12.0, 0.8 * LABEL_SIZE], colours.of(region))
             };
-            entries.push(Entry { sample: fragment(&patch), name: format!("{}{region}", region_name(picture)) });
+            entries.push(Entry { sample: fragment(&patch), name: region_name(picture, region) });
         }
     }
     entries
 }
 
-/// What regions are called, with a blank.
-fn region_name(picture: &SolidPicture<'_>) -> String {
-    if picture.colour_label.is_empty() { "region ".to_owned() } else { format!("{} ", picture.colour_label) }
+/// What a region is called.
+fn region_name(picture: &SolidPicture<'_>, region: f64) -> String {
+    let named = if region >= 0.0 { picture.region_names.get(region as usize) } else { None };
+    let label = if picture.colour_label.is_empty() { "region" } else { &picture.colour_label };
+    named.cloned().unwrap_or_else(|| format!("{label} {region}"))
 }

@@ -85,6 +85,8 @@ pub struct SolidPicture<'a> {
     pub colour_label: String,
     /// Whether the values are whole numbers that name regions: each has its own colour, and the legend its number.
     pub by_region: bool,
+    /// Names of the regions by their numbers, instead of these in the legend; a region beyond them keeps its number.
+    pub region_names: Vec<String>,
     /// Number of colour bands, 2 to 256.
     pub levels: usize,
     /// Values of the ends of the colour scale; by default those of the cells that are drawn.
@@ -113,6 +115,7 @@ impl Default for SolidPicture<'_> {
             title: String::new(),
             colour_label: String::new(),
             by_region: false,
+            region_names: Vec::new(),
             levels: 32,
             range: None,
             colours: ColourMap::default(),
@@ -286,7 +289,9 @@ impl Colouring {
             Self::Scale(scale) => scale.of(value),
             Self::Regions(regions) => {
                 let at = regions.binary_search_by(|region| region.total_cmp(&value.round())).unwrap_or_else(|at| at);
-                PALETTE[at % PALETTE.len()]
+                let colour = PALETTE[at % PALETTE.len()];
+                // The second time around, and later, paler.
+                (0..at / PALETTE.len()).fold(colour, |colour, _| colour.paler())
             }
         }
     }
