@@ -134,6 +134,7 @@ proptest! {
         let picture = SolidPicture {
             points: &points, tetrahedra: &tetrahedra, triangles: &triangles, values: &values, title,
             colour_label: label.clone(), by_region: flags[0], levels, range,
+            region_names: if flags[1] { vec!["a < b & \"c\"".into(), label.clone()] } else { Vec::new() },
             colours: if flags[1] { ColourMap::Diverging } else { ColourMap::Sequential },
             cut: cut.map(|(normal, offset)| Cut { normal, offset }), towards,
             lines: vec![SpaceLine { points: line, width: size[0], label, tip: true, ..SpaceLine::default() }],
