@@ -71,6 +71,14 @@ pub enum PlanError {
     /// Contours of nothing.
     #[error("found no organ, expected at least one")]
     NoOrgan,
+    /// An organ that there is not.
+    #[error("found {name}, expected one of {known}")]
+    UnknownOrgan {
+        /// The name.
+        name: String,
+        /// The names that there are.
+        known: String,
+    },
     /// A solid that the lattice misses.
     #[error(
         "{name}: found no cell at size {size} m, expected some: it is empty, outside the box, hidden by what comes before \
@@ -102,6 +110,11 @@ pub enum PlanError {
 }
 
 impl Made {
+    /// Largest distance of a vertex of a conforming border from its surface, m.
+    pub fn border_error(&self) -> f64 {
+        self.improved.as_ref().map_or(self.stuffed.border_error, |report| report.border_error)
+    }
+
     /// What a user should look at, with names.
     pub fn warnings(&self) -> Vec<String> {
         let line = |warning: &Warning| match warning {

@@ -13,6 +13,8 @@
 mod built_in;
 mod made;
 mod run_scene;
+#[cfg(test)]
+mod tests;
 mod volume;
 
 pub use built_in::{BUILT_IN, built_in};
@@ -141,6 +143,21 @@ impl Plan {
         self.settings.solids.iter_mut().filter_map(|solid| solid.size.as_mut()).for_each(|size| *size *= factor);
         self.settings.refinements.iter_mut().for_each(|place| place.size *= factor);
         self
+    }
+
+    /// Holds the organs of these names.
+    ///
+    /// # Errors
+    /// [`PlanError::UnknownOrgan`].
+    pub fn fix(&mut self, names: &[&str]) -> Result<(), PlanError> {
+        for &name in names {
+            let known = || self.organs.iter().map(|organ| organ.name.clone()).collect::<Vec<_>>().join(", ");
+            let Some(at) = self.organs.iter().position(|organ| organ.name == name) else {
+                return Err(PlanError::UnknownOrgan { name: name.into(), known: known() });
+            };
+            self.organs[at].fixed = true;
+        }
+        Ok(())
     }
 
     /// The name of a region of the mesh.

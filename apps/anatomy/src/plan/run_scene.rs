@@ -8,8 +8,9 @@ use std::fmt::Write as _;
 const GRAVITY: [f64; 3] = [0.0, 0.0, -9.81];
 
 impl Plan {
-    /// A scene for `stylet run`: the mesh file, each region with its material, what is fixed, and gravity along `-z`.
-    pub fn run_scene(&self, mesh_file: &str) -> String {
+    /// A scene for `stylet run`: the mesh file, each region with its material, what is fixed, and gravity along `-z`. Regions
+    /// are found in the file by name, or by number in one that has no names.
+    pub fn run_scene(&self, mesh_file: &str, has_names: bool) -> String {
         let mut text = format!(
             "# Made with the mesh: materials by region, held where it is fixed, under its weight.\n[mesh]\nfile = {mesh_file:?}\n"
         );
@@ -17,8 +18,11 @@ impl Plan {
         if let Some(background) = &self.background {
             write_material(&mut text, background);
         }
-        for organ in &self.organs {
+        for (number, organ) in self.organs.iter().enumerate() {
             let _ = write!(text, "\n[[region]]\nname = {:?}\n", organ.name);
+            if !has_names {
+                let _ = writeln!(text, "tag = {number}");
+            }
             write_material(&mut text, &organ.material);
         }
         for organ in self.organs.iter().filter(|organ| organ.fixed) {

@@ -393,6 +393,9 @@ pub struct GenerateArgs {
     /// Leave out points of contours that are closer than this to their neighbours, m.
     #[arg(long, value_name = "D", value_parser = length, allow_hyphen_values = true, requires = "contours")]
     pub cull: Option<f64>,
+    /// Organs whose nodes the scene holds, besides those that the shapes say.
+    #[arg(long, value_name = "NAME,NAME,…", requires = "scene")]
+    pub fixed: Option<String>,
     /// Leave the mesh as it was stuffed.
     #[arg(long)]
     pub straight: bool,

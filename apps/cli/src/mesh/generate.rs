@@ -17,7 +17,7 @@ use stylet_mesh::generate::contours::{ContourSet, ContourSettings};
 use stylet_mesh::generate::implicit::Implicit as _;
 use stylet_mesh::generate::improve::{Angles, ImproveSettings};
 use stylet_mesh::generate::stuff::Step;
-use stylet_mesh::io::{CellBlock, MeshData};
+use stylet_mesh::io::{CellBlock, Format, MeshData};
 use stylet_mesh::quality::{Measure, QualityReport, normalized_volume, report_of};
 
 /// Parts of the extent of the organs that the lattice's cubes are, unless told otherwise.
@@ -38,7 +38,11 @@ pub fn execute(args: &GenerateArgs) -> Result<Exit, Failure> {
     }
     files::check_out::<3>("--out", args.out.as_deref())?;
     files::check_plot::<3>(args.plot.as_deref())?;
-    let Source { name, plan, notes } = open(args)?;
+    let Source { name, mut plan, notes } = open(args)?;
+    if let Some(fixed) = &args.fixed {
+        let names: Vec<&str> = fixed.split(',').map(str::trim).collect();
+        plan.fix(&names).map_err(|error| Failure::bad_input(format!("--fixed: {error}")))?;
+    }
     let effort = Effort { improve: (!args.straight).then(|| improvement(args)) };
 
     let stop = interrupt::flag();
@@ -191,7 +195,9 @@ impl Report<'_> {
             self.notes.extend(left_out);
         }
         if let (Some(path), Some(out)) = (&self.args.scene, &self.args.out) {
-            let text = self.plan.run_scene(&beside(out, path));
+            let gmsh = [Format::Msh22, Format::Msh22Binary, Format::Msh41, Format::Msh41Binary];
+            let has_names = gmsh.contains(&files::format_of("--out", out, None)?);
+            let text = self.plan.run_scene(&beside(out, path), has_names);
             std::fs::write(path, text).map_err(|e| Failure::bad_input(format!("{}: {e}", path.display())))?;
         }
         if let Some(path) = &self.args.plot {
@@ -236,10 +242,6 @@ impl Report<'_> {
         picture::draw_quality(&soup, &values, look, quality, &self.name, path)
     }
 
-    fn border_error(&self) -> f64 {
-        self.made.improved.as_ref().map_or(self.made.stuffed.border_error, |report| report.border_error)
-    }
-
     fn print_json(&self, quality: &QualityReport, markers: &[Value]) -> Result<(), Failure> {
         let Made { tets, stuffed, straight, improved, .. } = &self.made;
         let [stuffing, improving] = self.made.seconds;
@@ -266,7 +268,7 @@ impl Report<'_> {
             "schema": 1, "mesh": self.name, "cells": tets.cells.len(), "vertices": tets.points.len(),
             "domain": self.plan.domain, "size": self.plan.settings.size, "cube": stuffed.cube,
             "regions": self.made.regions.iter().map(region).collect::<Vec<_>>(),
-            "border_error": self.border_error(), "straight": angles(straight), "improved": improvement,
+            "border_error": self.made.border_error(), "straight": angles(straight), "improved": improvement,
             "quality": quality, "markers": markers,
             "seconds": { "stuffing": stuffing, "improving": improving },
             "warnings": self.made.warnings(), "notes": self.notes,
@@ -284,7 +286,7 @@ impl Report<'_> {
             let work = count(report.sweeps, "sweep", "sweeps");
             facts.add("improved", format!("{}, {work}, {}", seconds(improving), shapes(&report.after)));
         }
-        facts.add("border", format!("vertices within {} m of their surface", short(self.border_error())));
+        facts.add("border", format!("vertices within {} m of their surface", short(self.made.border_error())));
         for measure in [Measure::Aspect, Measure::RadiusEdge].into_iter().filter_map(|m| quality.measure(m)) {
             let beyond: Vec<String> =
                 measure.beyond.iter().map(|beyond| format!("{} beyond {}", beyond.count, beyond.limit)).collect();

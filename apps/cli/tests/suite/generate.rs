@@ -73,6 +73,17 @@ fn a_generated_mesh_runs_under_its_weight() {
     assert!(displacement(0) > 1e-4 && displacement(1) < 1e-6, "{report}");
 }
 
+/// The study too, held at the bone.
+#[test]
+fn a_study_runs_under_its_weight() {
+    let folder = Folder::new();
+    let run = format!("mesh generate --contours {STUDY}.dcm --size 0.012 --out s.vtu --scene s.toml --quiet --fixed");
+    let mut command = folder.command(&run);
+    assert!(command.arg("pubic bone").status().unwrap().success());
+    let report = json(&folder.succeed("run s.toml --no-files --json"));
+    assert_eq!(report["converged"], true);
+}
+
 #[test]
 fn contours_become_organs() {
     let folder = Folder::new();
@@ -124,6 +135,17 @@ fn bad_input_is_one_line() {
     ] {
         refuses(&folder, arguments, parts);
     }
+    // A surface with a hole.
+    folder.file("open.stl", "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid a\n");
+    let hole = text.replace(
+        "kind = \"ellipsoid\"\ncentre = [0.0, 0.0, 0.0]\nsemi_axes = [0.025, 0.020, 0.0175]",
+        "kind = \"surface\"\nfile = \"open.stl\"",
+    );
+    assert_ne!(hole, text);
+    folder.file("hole.toml", hole);
+    refuses(&folder, "mesh generate --shape hole.toml", &["hole.toml", "open"]);
+    let fixed = "mesh generate --shape prostate --out p.msh --scene p.toml --fixed spleen";
+    refuses(&folder, fixed, &["--fixed: found spleen", "pelvic bone"]);
     let organs = format!("mesh generate --contours {STUDY}.json --organs spleen");
     refuses(&folder, &organs, &["--organs", "spleen", "prostate"]);
     assert!(!folder.has("mesh.doc"));
