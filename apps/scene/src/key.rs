@@ -37,3 +37,33 @@ macro_rules! key {
         }
     };
 }
+
+/// One [`Key`](crate::Key) of an array of tables, whose rows are checked one by one.
+///
+/// `rows!(path, columns, meaning, field, check)`: a refused row is named by its number, with `check, name` by what `name` calls
+/// it too.
+#[macro_export]
+macro_rules! rows {
+    ($path:literal, $columns:expr, $meaning:literal, $field:ident, $check:expr $(, $name:expr)?) => {
+        $crate::Key {
+            path: $path,
+            kind: $crate::Kind::Rows($columns),
+            unit: "",
+            default: "none",
+            meaning: $meaning,
+            set: |s, value| {
+                for (index, row) in value.rows()?.iter().enumerate() {
+                    let check: fn(&$crate::Row) -> Result<(), String> = $check;
+                    check(row).map_err(|reason| {
+                        let place = format!("row {}", index + 1);
+                        $(let place = format!("{place} ({})", $name(row));)?
+                        format!("{place}: {reason}")
+                    })?;
+                }
+                s.$field = value.rows()?.to_vec();
+                Ok(())
+            },
+            get: |s| (!s.$field.is_empty()).then(|| $crate::Value::Rows(s.$field.clone())),
+        }
+    };
+}

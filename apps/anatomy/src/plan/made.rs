@@ -168,7 +168,7 @@ impl Plan {
     }
 
     fn conforms(&self, solid: usize) -> bool {
-        self.settings.solids.get(solid).is_none_or(|settings| settings.border == Border::Conforming)
+        self.settings.border(solid) == Border::Conforming
     }
 
     fn measure(&self, tets: &Tets) -> Vec<MadeRegion> {

@@ -112,7 +112,8 @@ impl Plan {
     /// [`PlanError::NoOrgan`].
     pub fn of_contours(set: &ContourSet, how: &ContourPlan) -> Result<Self, PlanError> {
         let strata = set.strata();
-        let domain = around(&strata, how.margin).ok_or(PlanError::NoOrgan)?;
+        let [low, high] = bounds(&strata).ok_or(PlanError::NoOrgan)?;
+        let domain = [low.map(|x| x - how.margin), high.map(|x| x + how.margin)];
         let organs = set.organs().iter().zip(set.region_volumes()).map(|(organ, volume)| Organ {
             name: organ.name().to_owned(),
             fixed: false,
@@ -185,11 +186,8 @@ fn hydraulic_radius(organ: &Contoured) -> f64 {
     2.0 * area / length
 }
 
-/// The box around all solids, with a margin.
-fn around(strata: &Strata, margin: f64) -> Option<[[f64; 3]; 2]> {
+/// The box around all solids, its lowest and highest corner in m; `None` where no solid has an end.
+pub fn bounds(strata: &Strata) -> Option<[[f64; 3]; 2]> {
     let boxes = strata.solids().iter().filter_map(|solid| solid.bounds());
-    let all = boxes.reduce(|a, b| {
-        [std::array::from_fn(|k| a[0][k].min(b[0][k])), std::array::from_fn(|k| a[1][k].max(b[1][k]))]
-    })?;
-    Some([all[0].map(|x| x - margin), all[1].map(|x| x + margin)])
+    boxes.reduce(|a, b| [std::array::from_fn(|k| a[0][k].min(b[0][k])), std::array::from_fn(|k| a[1][k].max(b[1][k]))])
 }

@@ -2,7 +2,7 @@
 
 use super::kinds::{self, WORDS};
 use super::scene::{Draft, name_of};
-use stylet_scene::{Bound, Column, Key, Kind, Row, Stage, Table, Value, key};
+use stylet_scene::{Bound, Column, Kind, Stage, Table, Value, key, rows};
 
 const POINT: Kind = Kind::Point { dim_min: 3, dim_max: 3 };
 const ANY: Kind = Kind::between(Bound::None, Bound::None);
@@ -79,28 +79,6 @@ const MARKER: &[Column] = &[
     required("at", POINT, "m", "where it is in the undeformed body, within the box"),
 ];
 
-/// An array of tables, each row checked alone.
-macro_rules! rows {
-    ($path:literal, $columns:expr, $meaning:literal, $field:ident, $check:expr) => {
-        Key {
-            path: $path,
-            kind: Kind::Rows($columns),
-            unit: "",
-            default: "none",
-            meaning: $meaning,
-            set: |s, value| {
-                for (index, row) in value.rows()?.iter().enumerate() {
-                    let check: fn(&Row) -> Result<(), String> = $check;
-                    check(row).map_err(|reason| format!("row {} ({}): {reason}", index + 1, name_of(row)))?;
-                }
-                s.$field = value.rows()?.to_vec();
-                Ok(())
-            },
-            get: |s| (!s.$field.is_empty()).then(|| Value::Rows(s.$field.clone())),
-        }
-    };
-}
-
 /// All keys of a scene of shapes.
 pub const TABLE: Table<Draft> = Table {
     stages: &[
@@ -118,12 +96,17 @@ pub const TABLE: Table<Draft> = Table {
             float: |s| s.coarsest, |s| s.coarsest.map(Value::Float)),
         key!("domain.background", Kind::Bool, "", "true", "whether what is in no [[region]] is meshed",
             bool: |s| s.background, |s| Some(Value::Bool(s.background))),
-        rows!("shape", SHAPE, "a shape, for regions and for other shapes", shapes, kinds::check_row),
-        rows!("region", REGION, "a shape that is meshed, earlier rows over later ones", regions, |_| Ok(())),
-        rows!("refine", REFINE, "a place with small cells", refinements, |_| Ok(())),
-        rows!("marker", MARKER, "a point of the body that is looked at: a target, a fiducial marker", markers, |_| Ok(
-            ()
-        )),
+        rows!("shape", SHAPE, "a shape, for regions and for other shapes", shapes, kinds::check_row, name_of),
+        rows!("region", REGION, "a shape that is meshed, earlier rows over later ones", regions, |_| Ok(()), name_of),
+        rows!("refine", REFINE, "a place with small cells", refinements, |_| Ok(()), name_of),
+        rows!(
+            "marker",
+            MARKER,
+            "a point of the body that is looked at: a target, a fiducial marker",
+            markers,
+            |_| Ok(()),
+            name_of
+        ),
         key!("material.model", Kind::Text, "", "none", "constitutive law",
             text: |s| s.material.model, |s| s.material.model.clone().map(Value::Text)),
         key!("material.young", YOUNG, "Pa", "none", "Young's modulus",

@@ -11,10 +11,9 @@ use crate::{interrupt, output};
 use serde_json::{Value, json};
 use std::ops::ControlFlow;
 use std::path::Path;
-use stylet_anatomy::plan::{BUILT_IN, ContourPlan, Effort, Made, MadeRegion, Plan, PlanError, Stage, built_in};
+use stylet_anatomy::plan::{BUILT_IN, ContourPlan, Effort, Made, MadeRegion, Plan, PlanError, Stage, bounds, built_in};
 use stylet_anatomy::shapes::{ShapeScene, TABLE};
 use stylet_mesh::generate::contours::{ContourSet, ContourSettings};
-use stylet_mesh::generate::implicit::Implicit as _;
 use stylet_mesh::generate::improve::{Angles, ImproveSettings};
 use stylet_mesh::generate::stuff::Step;
 use stylet_mesh::io::{CellBlock, Format, MeshData};
@@ -130,13 +129,7 @@ fn contours(args: &GenerateArgs, path: &Path) -> Result<Source, Failure> {
 
 /// The longest side of the box around all organs, m.
 fn extent(set: &ContourSet) -> f64 {
-    let boxes = set.solids().into_iter().filter_map(|solid| solid.bounds());
-    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-    for [from, to] in boxes {
-        low = std::array::from_fn(|k| low[k].min(from[k]));
-        high = std::array::from_fn(|k| high[k].max(to[k]));
-    }
-    (0..3).map(|k| high[k] - low[k]).fold(0.0, f64::max)
+    bounds(&set.strata()).map_or(0.0, |[low, high]| (0..3).map(|k| high[k] - low[k]).fold(0.0, f64::max))
 }
 
 fn stem(path: &Path) -> String {

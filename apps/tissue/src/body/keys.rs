@@ -4,7 +4,7 @@ use super::columns::{CONSTRAINT, DENSITY, LOAD, NOT_NEGATIVE, POISSON, REGION, V
 use super::scene::*;
 use super::{constraint, load, material};
 use stylet_physics::material::Solid;
-use stylet_scene::{Bound, Key, Kind, Stage, Table, Value, Words, key};
+use stylet_scene::{Bound, Kind, Stage, Table, Value, Words, key, rows};
 
 fn statics(scene: &mut Scene) -> &mut StaticsStage {
     scene.statics.get_or_insert_default()
@@ -20,27 +20,6 @@ fn start(scene: &mut Scene) -> &mut StartStage {
 
 fn output(scene: &mut Scene) -> &mut OutputStage {
     scene.output.get_or_insert_default()
-}
-
-/// One [`Key`] of an array of tables, whose rows are checked one by one.
-macro_rules! rows {
-    ($path:literal, $columns:expr, $meaning:literal, $field:ident, $check:expr) => {
-        Key {
-            path: $path,
-            kind: Kind::Rows($columns),
-            unit: "",
-            default: "none",
-            meaning: $meaning,
-            set: |s, value| {
-                for (index, row) in value.rows()?.iter().enumerate() {
-                    $check(row).map_err(|reason: String| format!("row {}: {reason}", index + 1))?;
-                }
-                s.$field = value.rows()?.to_vec();
-                Ok(())
-            },
-            get: |s| (!s.$field.is_empty()).then(|| Value::Rows(s.$field.clone())),
-        }
-    };
 }
 
 const STAGES: &[Stage<Scene>] = &[

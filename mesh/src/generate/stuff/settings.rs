@@ -41,7 +41,7 @@ impl Settings {
     }
 
     /// How the border of a solid is treated.
-    pub(super) fn border(&self, solid: usize) -> Border {
+    pub fn border(&self, solid: usize) -> Border {
         self.solids.get(solid).map_or(Border::Conforming, |s| s.border)
     }
 
