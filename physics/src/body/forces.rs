@@ -34,6 +34,7 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
             let (owner, place) = (&parts.owner[..], &parts.place[..]);
             team.each(&mut parts.parts, |k, part| {
                 let mut sums = std::mem::take(&mut part.forces);
+                sums.fill([0.0; D]);
                 pass.sum(part, Buffered { number: k as u16, owner, place, sums: &mut sums });
                 part.forces = sums;
             });
@@ -51,6 +52,7 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
         });
         let parts = &parts.parts[..];
         team.each(&mut stretches[..parts.len()], |k, (first, sums)| {
+            sums.fill([0.0; D]);
             pass.sum(&parts[k], Stretch { first: *first, sums });
         });
     }
@@ -58,9 +60,6 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
 
 /// Where a part sums.
 trait Sums<const D: usize> {
-    /// Sets all of them to zero.
-    fn clear(&mut self);
-
     /// The sum of a vertex of the part.
     fn of(&mut self, vertex: usize) -> Option<&mut [f64; D]>;
 }
@@ -72,11 +71,6 @@ struct Stretch<'a, const D: usize> {
 }
 
 impl<const D: usize> Sums<D> for Stretch<'_, D> {
-    #[inline(always)]
-    fn clear(&mut self) {
-        self.sums.fill([0.0; D]);
-    }
-
     #[inline(always)]
     fn of(&mut self, vertex: usize) -> Option<&mut [f64; D]> {
         self.sums.get_mut(vertex.wrapping_sub(self.first))
@@ -92,11 +86,6 @@ struct Buffered<'a, const D: usize> {
 }
 
 impl<const D: usize> Sums<D> for Buffered<'_, D> {
-    #[inline(always)]
-    fn clear(&mut self) {
-        self.sums.fill([0.0; D]);
-    }
-
     #[inline(always)]
     fn of(&mut self, vertex: usize) -> Option<&mut [f64; D]> {
         (self.owner[vertex] == self.number).then(|| &mut self.sums[self.place[vertex] as usize])
@@ -130,10 +119,9 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Forces<'_, D, N, M> {
         Arch::new().dispatch(Visit { pass: self, part, sums });
     }
 
-    /// Every vertex gets its elements in ascending order of their cells, whatever the parts are.
+    /// Adds to sums that are zero. Every vertex gets its elements in ascending order of their cells, whatever the parts are.
     #[inline(always)]
     fn visit(&self, part: &Part<D>, sums: &mut impl Sums<D>) {
-        sums.clear();
         let mut gathered = [Group::empty(0); RUN];
         let mut stress = [at_rest(); RUN];
         let mut batches: [&[u32]; RUN] = [&[]; RUN];
