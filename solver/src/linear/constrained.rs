@@ -268,7 +268,7 @@ pub fn constrained_cg<const B: usize>(
     finite(norm2(x), "x", x, 0)?;
     finite(norm2(lambda), "the multipliers", lambda, 0)?;
     ws.resize(n, rows, B * m.w.n_constrained());
-    let mut solve = Solve { a, m, b, external_norm, settings, iterations: 0, products: 0 };
+    let mut solve = Solve { a, m, b, external_norm, scale: external_norm, settings, iterations: 0, products: 0 };
     let (stop, now) = solve.run(x, lambda, ws)?;
     m.c.gap(x, &mut ws.gap);
     Ok(ConstrainedReport {
@@ -287,10 +287,15 @@ struct Solve<'a, const B: usize, A: ?Sized> {
     m: &'a ConstraintPreconditioner<B>,
     b: &'a [f64],
     external_norm: f64,
+    /// Largest of the forces whose difference the residual is: its rounding error is a few ulp of this.
+    scale: f64,
     settings: &'a KrylovSettings,
     iterations: usize,
     products: usize,
 }
+
+/// A residual below this share of the forces that it is the difference of has rounding errors of its own size.
+const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
 /// Norms of an iterate, the threshold that follows, and `rᵀz` of its projected residual.
 #[derive(Clone, Copy)]
@@ -317,7 +322,7 @@ impl<const B: usize, A: LinearOperator + ?Sized> Solve<'_, B, A> {
         ws.best_lambda.copy_from_slice(lambda);
         ws.p.copy_from_slice(&ws.z);
         while self.iterations < self.settings.max_iterations {
-            // Step.
+            // Step; nothing is left to minimise where the residual is made of rounding errors.
             if now.rz < UNDERFLOW {
                 return Ok((Stop::Stalled, now));
             }
@@ -337,7 +342,8 @@ impl<const B: usize, A: LinearOperator + ?Sized> Solve<'_, B, A> {
             now = self.project(lambda, ws)?;
 
             // Stop?
-            if now.residual <= now.threshold || now.residual <= 0.1 * f64::EPSILON * evaluated.residual {
+            let rounding = now.rz <= 0.0 || now.residual <= 0.1 * f64::EPSILON * evaluated.residual;
+            if now.residual <= now.threshold || rounding {
                 now = self.evaluate(x, lambda, ws)?;
                 if now.residual <= now.threshold {
                     return Ok((Stop::Converged, now));
@@ -378,11 +384,18 @@ impl<const B: usize, A: LinearOperator + ?Sized> Solve<'_, B, A> {
         }
         self.a.apply_on(&ws.team, x, &mut ws.r);
         self.products += 1;
+        self.scale = self.scale.max(ws.team.norm2(&ws.r));
         ws.team.xpby(self.b, -1.0, &mut ws.r);
         m.w.split(&mut ws.r, &mut ws.reaction);
         m.take_forces(lambda, &mut ws.force, &mut ws.r, &mut ws.reaction);
         finite(ws.team.norm2(&ws.r), "the residual b - A x", &ws.r, self.iterations)?;
         self.project(lambda, ws)
+    }
+
+    /// The scale of forces, those of the multipliers and of their last change included, which may cancel each other.
+    fn force_scale(&self, lambda: &[f64], v: &[f64]) -> f64 {
+        let force = |i: usize| (lambda[i].abs() + v[i].abs()) * norm2(self.m.c.row(i).1);
+        self.scale.max((0..lambda.len()).map(force).sum())
     }
 
     /// `z` from `r`; hands the constraints' part of `r` to the multipliers.
@@ -395,7 +408,7 @@ impl<const B: usize, A: LinearOperator + ?Sized> Solve<'_, B, A> {
         let reaction = finite(norm2(&ws.reaction), "the reactions", &ws.reaction, self.iterations)?;
         let threshold = self.settings.stop.threshold(self.external_norm, reaction);
         let residual = rr.sqrt();
-        if residual > threshold && not_positive(rz, rr) {
+        if residual > threshold && not_positive(rz, rr) && residual > ROUNDING * self.force_scale(lambda, &ws.v) {
             return Err(ConstrainedError::NotPositive { iteration: self.iterations, value: rz });
         }
         Ok(Measure { residual, reaction, threshold, rz })

@@ -84,7 +84,10 @@ pub(super) const VERIFY_BELOW: f64 = 1e-6;
 /// Below this a square is not to be divided by: it has lost digits to underflow, and nothing is left to minimise.
 pub(super) const UNDERFLOW: f64 = f64::MIN_POSITIVE / f64::EPSILON;
 
+/// A residual with a smaller square has vanished: its product with a preconditioner of small entries may be zero.
+const VANISHED: f64 = 1e-200;
+
 /// Whether `rᵀM⁻¹r = value` tells of a preconditioner that is not positive definite, and not of a residual that underflows.
 pub(super) fn not_positive(value: f64, rr: f64) -> bool {
-    value < 0.0 || (value == 0.0 && rr > UNDERFLOW)
+    value < 0.0 || (value == 0.0 && rr > VANISHED)
 }

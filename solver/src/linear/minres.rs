@@ -307,11 +307,22 @@ impl<const B: usize, A: LinearOperator + ?Sized, M: Preconditioner + ?Sized> Sol
         self.w.project(&mut ws.y);
         let value = finite(ws.team.dot(&ws.r2, &ws.y), "M⁻¹ r", &ws.y, self.iterations)?;
         let rr = ws.team.dot(&ws.r2, &ws.r2);
-        if not_positive(value, rr) {
+        if not_positive(value, rr) && !self.is_rounding(rr, ws) {
             let iteration = self.iterations;
             return Err(MinresError::PreconditionerNotPositive { iteration, value });
         }
-        Ok(value.sqrt())
+        Ok(value.max(0.0).sqrt())
+    }
+
+    /// Whether `r2`, of square `rr`, is what rounding left of `A v`: the process has come to its end. `y` is free.
+    fn is_rounding(&self, rr: f64, ws: &mut MinresWorkspace) -> bool {
+        if self.iterations == 0 {
+            return false;
+        }
+        self.a.apply_on(&ws.team, &ws.v, &mut ws.y);
+        let product = ws.team.norm2(&ws.y);
+        ws.y.fill(0.0);
+        rr.sqrt() <= 64.0 * f64::EPSILON * product
     }
 
     fn recurred_residual(&self, ws: &mut MinresWorkspace, t: &Rotation, beta: f64) -> f64 {
