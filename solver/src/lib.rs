@@ -80,6 +80,7 @@ pub mod partition;
 pub mod precondition;
 pub mod real;
 mod simd;
+pub mod skyline;
 pub mod sparse;
 pub mod stop;
 pub mod subspace;

@@ -8,6 +8,7 @@
 //! x_i = P_i s_i + (I − P_i) (Σ_j w_ij u_j + g_i)
 //! ```
 //!
+//! (and a resistance `c_i |P_i (s_i − Σ_j w_ij u_j)|² / 2` to that relative move may stand against it, viscous friction for one),
 //! where `u` are the big body's moves and `s` the small body's own. The unknowns `(u, s)` satisfy no constraint: the multipliers
 //! of the coupled system, and with them its indefiniteness, are gone, and `K = diag(A, 0) + Tᵀ N T`, with `N` the small
 //! body's matrix and `T` the map above, is symmetric positive definite.
@@ -88,6 +89,8 @@ pub struct NullSpace<const B: usize> {
     n_big: usize,
     small: BlockCsr<B>,
     attachments: Vec<Attachment>,
+    /// By small node, what a relative move of it costs.
+    resistance: Vec<f64>,
     /// Moves of the big nodes, then those of the small ones relative to their attachments.
     w: Subspace<B>,
     block: CoupledBlock<B>,
@@ -160,7 +163,8 @@ impl<const B: usize> NullSpace<B> {
         let mut w = w.clone();
         w.resize(n_big + n_small);
         let block = CoupledBlock::new(&attachments, n_big);
-        let mut this = Self { n_big, small, attachments, w, block };
+        let resistance = vec![0.0; n_small];
+        let mut this = Self { n_big, small, attachments, resistance, w, block };
         for (node, free) in free.iter().enumerate() {
             this.tie(node, *free)?;
         }
@@ -175,6 +179,31 @@ impl<const B: usize> NullSpace<B> {
     /// [`NullSpaceError::NotPositiveDefinite`] means that a solve needs another change first.
     pub fn set_free(&mut self, node: usize, free: Constraint<B>) -> Result<(), NullSpaceError> {
         self.tie(node, free)?;
+        self.factor()
+    }
+
+    /// Changes the moves of all small nodes at once, and factors the coupled block again.
+    ///
+    /// # Errors
+    /// As [`set_free`](Self::set_free), and [`VectorError::Length`]; nodes before the one at fault are then changed.
+    pub fn set_all_free(&mut self, free: &[Constraint<B>]) -> Result<(), NullSpaceError> {
+        check_length("the list of relative motions", free.len(), self.small.n_rows())?;
+        for (node, free) in free.iter().enumerate() {
+            self.tie(node, *free)?;
+        }
+        self.factor()
+    }
+
+    /// What stands against the moves of each small node relative to its attachment, force by length, zero or more: viscous
+    /// friction of `c` N s/m adds `c` times the derivative of velocity by place. Only its part along those moves counts. The
+    /// coupled block is factored again.
+    ///
+    /// # Errors
+    /// [`VectorError::Length`], [`VectorError::NotFinite`]; [`NullSpaceError::NotPositiveDefinite`].
+    pub fn set_resistance(&mut self, resistance: &[f64]) -> Result<(), NullSpaceError> {
+        check_length("the list of resistances", resistance.len(), self.small.n_rows())?;
+        finite(resistance.iter().sum(), "the resistances", resistance, 0)?;
+        self.resistance.copy_from_slice(resistance);
         self.factor()
     }
 
@@ -239,8 +268,8 @@ impl<const B: usize> NullSpace<B> {
     }
 
     fn factor(&mut self) -> Result<(), NullSpaceError> {
-        let Self { block, small, attachments, w, .. } = self;
-        block.factor(small, attachments, w).map_err(|NotPositiveDefinite { row, pivot }| {
+        let Self { block, small, attachments, resistance, w, .. } = self;
+        block.factor(small, attachments, resistance, w).map_err(|NotPositiveDefinite { row, pivot }| {
             let node = block.node_of(row);
             NullSpaceError::NotPositiveDefinite { node, pivot }
         })
@@ -257,6 +286,23 @@ impl<const B: usize> NullSpace<B> {
             let free = self.free(node);
             let (own, carried) = (free.project(z[self.n_big + node]), tied(&free, mean));
             *x = std::array::from_fn(|k| own[k] + carried[k]);
+        }
+    }
+
+    /// Adds the forces of the resistances at `z = (u, s)` to `y`.
+    fn resist(&self, z: &[f64], y: &mut [f64]) {
+        let (z, y) = (z.as_chunks::<B>().0, y.as_chunks_mut::<B>().0);
+        for (node, &c) in self.resistance.iter().enumerate().filter(|(_, c)| **c != 0.0) {
+            let free = self.free(node);
+            let mut relative = z[self.n_big + node];
+            for &(big, weight) in &self.attachments[node] {
+                (0..B).for_each(|k| relative[k] -= weight * z[big][k]);
+            }
+            let force = free.project(relative.map(|v| c * v));
+            (0..B).for_each(|k| y[self.n_big + node][k] += force[k]);
+            for &(big, weight) in &self.attachments[node] {
+                (0..B).for_each(|k| y[big][k] -= weight * force[k]);
+            }
         }
     }
 
@@ -321,7 +367,7 @@ pub fn null_space_cg<const B: usize>(
         (&mut buffers.place, n_small),
         (&mut buffers.force, n_small),
         (&mut buffers.rest, n),
-        (&mut buffers.block, form.block.dofs()),
+        (&mut buffers.block, form.block.most_dofs()),
     ] {
         v.resize(len, 0.0);
     }
@@ -378,6 +424,7 @@ impl<const B: usize, A: LinearOperator + ?Sized, M: Preconditioner + ?Sized> Lin
         self.form.place(x, None, place);
         self.form.small.apply(place, force);
         self.form.spread(force, y);
+        self.form.resist(x, y);
     }
 }
 

@@ -123,13 +123,16 @@ struct Pair<const B: usize> {
     attachments: Vec<Vec<(usize, f64)>>,
     free: Vec<Constraint<B>>,
     g: Vec<f64>,
+    /// Against the relative moves.
+    resistance: Vec<f64>,
 }
 
 fn pair<const B: usize>() -> impl Strategy<Value = Pair<B>> {
     let attachment = proptest::collection::vec((any::<proptest::sample::Index>(), 0.1..1.0f64), 0..4);
     let attachments = proptest::collection::vec(attachment, 12);
-    (system::<B>(), system::<B>(), attachments, proptest::collection::vec(-1.0..1.0f64, 12 * B)).prop_map(
-        |(big, small, attachments, g)| {
+    let resistance = proptest::collection::vec((0u8..2, 0.0..3.0f64), 12);
+    (system::<B>(), system::<B>(), attachments, proptest::collection::vec(-1.0..1.0f64, 12 * B), resistance).prop_map(
+        |(big, small, attachments, g, resistance)| {
             let (n_big, n) = (big.a.n_rows(), small.a.n_rows());
             let attachments: Vec<Vec<(usize, f64)>> = attachments[..n]
                 .iter()
@@ -144,13 +147,34 @@ fn pair<const B: usize>() -> impl Strategy<Value = Pair<B>> {
             let free = (0..n)
                 .map(|node| if attachments[node].is_empty() { Constraint::Free } else { small.w.get(node) })
                 .collect();
-            Pair { g: g[..n * B].to_vec(), big, small, attachments, free }
+            let resistance = resistance[..n].iter().map(|&(on, c)| f64::from(on) * c).collect();
+            Pair { g: g[..n * B].to_vec(), big, small, attachments, free, resistance }
         },
     )
 }
 
-fn check_pair<const B: usize>(s: &Pair<B>) {
+/// The matrix of both bodies and of the resistances, which are those of springs along the relative moves.
+fn resisted<const B: usize>(s: &Pair<B>) -> BlockCsr<B> {
     let a = both(&s.big.a, &s.small.a);
+    let (n_big, n) = (s.big.a.n_rows(), a.n_rows());
+    let mut dense = a.to_dense();
+    for (node, &c) in s.resistance.iter().enumerate() {
+        let mut weights: Vec<(usize, f64)> = s.attachments[node].iter().map(|&(big, weight)| (big, -weight)).collect();
+        weights.push((n_big + node, 1.0));
+        for k in 0..B {
+            let column = s.free[node].project(std::array::from_fn(|l| f64::from(k == l)));
+            for &(i, wi) in &weights {
+                for (&(j, wj), l) in weights.iter().flat_map(|entry| (0..B).map(move |l| (entry, l))) {
+                    dense[(i * B + l) * n * B + j * B + k] += c * wi * wj * column[l];
+                }
+            }
+        }
+    }
+    from_dense(n, |i, j| dense[i * n * B + j])
+}
+
+fn check_pair<const B: usize>(s: &Pair<B>) {
+    let a = resisted(s);
     let n = s.big.b.len();
     let mut w = s.big.w.clone();
     w.resize(a.n_rows());
@@ -161,7 +185,8 @@ fn check_pair<const B: usize>(s: &Pair<B>) {
     // Every state is reached from another one.
     let first = vec![Constraint::Free; s.free.len()];
     let mut form = NullSpace::new(&s.big.a, &s.big.w, s.small.a.clone(), s.attachments.clone(), &first).unwrap();
-    s.free.iter().enumerate().for_each(|(node, free)| form.set_free(node, *free).unwrap());
+    form.set_all_free(&s.free).unwrap();
+    form.set_resistance(&s.resistance).unwrap();
     let (mut u, mut v) = (s.big.x0.clone(), s.small.x0.clone());
     let mut ws = NullSpaceWorkspace::new();
     let b = (&s.big.b[..], &s.small.b[..], &s.g[..]);

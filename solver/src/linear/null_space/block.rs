@@ -2,7 +2,8 @@
 
 use super::Attachment;
 use crate::Block;
-use crate::dense::{Cholesky, NotPositiveDefinite};
+use crate::dense::NotPositiveDefinite;
+use crate::skyline::Skyline;
 use crate::sparse::BlockCsr;
 use crate::subspace::Subspace;
 
@@ -22,51 +23,68 @@ struct Image<const B: usize> {
     start: usize,
 }
 
-/// `diag(A, 0) + Tᵀ N T` on the small nodes and the big ones they are attached to, in a basis of their allowed moves.
+/// `diag(A, 0) + Tᵀ N T + resistances` on the small nodes and the big ones they are attached to, in a basis of their allowed
+/// moves, in the envelope of its rows: along a needle that is a band.
 ///
 /// Memory is that of the largest state so far: changes of state allocate nothing.
 #[derive(Clone, Debug)]
 pub(super) struct CoupledBlock<const B: usize> {
-    /// Nodes of both bodies: attached big ones ascending, then the small ones.
+    /// Nodes of both bodies, each small one after those it is attached to.
     nodes: Vec<usize>,
-    n_attached: usize,
-    /// Blocks of `A` between attached nodes, row by row.
-    big: Vec<Block<B>>,
+    /// By small node, its place in `nodes`.
+    small: Vec<usize>,
+    /// Attached big nodes, ascending, and their places in `nodes`.
+    attached: Vec<(usize, usize)>,
+    /// Blocks of `A` between attached nodes, by the places of row and column, the row not above the column.
+    big: Vec<(usize, usize, Block<B>)>,
     moves: Vec<Moves<B>>,
+    /// The first place that each place is coupled to.
+    lowest: Vec<usize>,
+    /// By row of the block, its first column.
+    first: Vec<usize>,
     /// Images of each small node, one after the other: itself, then its attachments.
     images: Vec<Image<B>>,
-    matrix: Vec<f64>,
     n: usize,
-    factor: Cholesky,
+    factor: Skyline,
 }
 
 impl<const B: usize> CoupledBlock<B> {
     pub fn new(attachments: &[Attachment], n_big: usize) -> Self {
-        let mut nodes: Vec<usize> = attachments.iter().flatten().map(|(big, _)| *big).collect();
-        nodes.sort_unstable();
-        nodes.dedup();
-        let n_attached = nodes.len();
-        nodes.extend(n_big..n_big + attachments.len());
-        // Room for the state with the most moves: all small nodes free.
+        let (mut nodes, mut small, mut attached) = (Vec::new(), Vec::new(), Vec::new());
+        for (node, attachment) in attachments.iter().enumerate() {
+            for &(big, _) in attachment {
+                if !attached.iter().any(|&(other, _)| other == big) {
+                    attached.push((big, nodes.len()));
+                    nodes.push(big);
+                }
+            }
+            small.push(nodes.len());
+            nodes.push(n_big + node);
+        }
+        attached.sort_unstable();
         let most = B * nodes.len();
-        let mut factor = Cholesky::new();
-        let identity = factor.factor(most, |i, j| f64::from(i == j));
-        debug_assert!(identity.is_ok());
         Self {
-            n_attached,
-            big: vec![[[0.0; B]; B]; n_attached * n_attached],
+            small,
+            attached,
+            big: Vec::new(),
             moves: Vec::with_capacity(nodes.len()),
+            lowest: Vec::with_capacity(nodes.len()),
+            first: Vec::with_capacity(most),
             images: Vec::with_capacity(attachments.iter().map(|a| a.len() + 1).sum()),
-            matrix: Vec::with_capacity(most * most),
             nodes,
             n: 0,
-            factor,
+            factor: Skyline::new(),
         }
     }
 
     /// Number of unknowns.
     pub fn dofs(&self) -> usize {
         self.n
+    }
+
+    /// The most unknowns of any state.
+    pub fn most_dofs(&self) -> usize {
+        B * self.nodes.len()
     }
 
     /// The node, of both bodies, that a row of the block belongs to.
@@ -77,10 +95,15 @@ impl<const B: usize> CoupledBlock<B> {
 
     /// Copies the big body's blocks between attached nodes.
     pub fn read(&mut self, big: &BlockCsr<B>) {
-        let attached = &self.nodes[..self.n_attached];
-        for (i, blocks) in attached.iter().zip(self.big.chunks_mut(self.n_attached.max(1))) {
-            for (j, block) in attached.iter().zip(blocks) {
-                *block = big.get(*i, *j).copied().unwrap_or([[0.0; B]; B]);
+        self.big.clear();
+        for &(node, at) in &self.attached {
+            let (columns, blocks) = big.row(node);
+            for (&column, block) in columns.iter().zip(blocks) {
+                if let Some(other) = self.place(column as usize)
+                    && other <= at
+                {
+                    self.big.push((at, other, *block));
+                }
             }
         }
     }
@@ -89,26 +112,26 @@ impl<const B: usize> CoupledBlock<B> {
         &mut self,
         small: &BlockCsr<B>,
         attachments: &[Attachment],
+        resistance: &[f64],
         w: &Subspace<B>,
     ) -> Result<(), NotPositiveDefinite> {
         self.number(w);
-        self.matrix.clear();
-        self.matrix.resize(self.n * self.n, 0.0);
+        self.shape(small, attachments);
         self.add_big();
-        self.add_small(small, attachments, w);
-        let (n, matrix) = (self.n, &self.matrix);
-        self.factor.factor(n, |i, j| matrix[i * n + j])
+        self.add_small(small, attachments, resistance, w);
+        self.factor.factor()
     }
 
     /// Sets the entries of attached nodes to zero.
     pub fn clear(&self, big: &mut [f64]) {
-        for node in &self.nodes[..self.n_attached] {
+        for (node, _) in &self.attached {
             big[node * B..][..B].fill(0.0);
         }
     }
 
     /// Overwrites `z` at the nodes of the block with its inverse times `r`.
     pub fn solve(&self, r: &[f64], z: &mut [f64], scratch: &mut [f64]) {
+        let scratch = &mut scratch[..self.n];
         let (r, z) = (r.as_chunks::<B>().0, z.as_chunks_mut::<B>().0);
         for (node, moves) in self.nodes.iter().zip(&self.moves) {
             for (out, basis) in scratch[moves.start..].iter_mut().zip(&moves.basis[..moves.count]) {
@@ -122,6 +145,11 @@ impl<const B: usize> CoupledBlock<B> {
         }
     }
 
+    /// The place of an attached big node.
+    fn place(&self, node: usize) -> Option<usize> {
+        self.attached.binary_search_by_key(&node, |entry| entry.0).ok().map(|at| self.attached[at].1)
+    }
+
     fn number(&mut self, w: &Subspace<B>) {
         self.moves.clear();
         self.n = 0;
@@ -132,28 +160,56 @@ impl<const B: usize> CoupledBlock<B> {
         }
     }
 
-    fn add_big(&mut self) {
-        for i in 0..self.n_attached {
-            for j in 0..self.n_attached {
-                let (rows, cols) = (self.moves[i], self.moves[j]);
-                let rows = Image { columns: rows.basis, count: rows.count, start: rows.start };
-                let cols = Image { columns: cols.basis, count: cols.count, start: cols.start };
-                add_form(&mut self.matrix, self.n, &self.big[i * self.n_attached + j], &rows, &cols);
+    /// The envelope: what is coupled by a block of either body, or by a resistance.
+    fn shape(&mut self, small: &BlockCsr<B>, attachments: &[Attachment]) {
+        self.lowest.clear();
+        self.lowest.extend(0..self.nodes.len());
+        for &(row, column, _) in &self.big {
+            self.lowest[row] = self.lowest[row].min(column);
+        }
+        // A small node and its attachments are coupled to all that its row of `N` names, and these to it.
+        for (node, attachment) in attachments.iter().enumerate() {
+            let reach = |node: usize| {
+                let places = attachments[node].iter().filter_map(|&(big, _)| self.place(big));
+                places.chain([self.small[node]]).min().unwrap_or(usize::MAX)
+            };
+            let least = small.row(node).0.iter().map(|&j| reach(j as usize)).chain([reach(node)]).min();
+            let Some(least) = least else { continue };
+            let own = self.small[node];
+            self.lowest[own] = self.lowest[own].min(least);
+            for &(big, _) in attachment {
+                if let Some(place) = self.place(big) {
+                    self.lowest[place] = self.lowest[place].min(least);
+                }
             }
+        }
+        self.first.clear();
+        for (moves, &lowest) in self.moves.iter().zip(&self.lowest) {
+            let start = self.moves[lowest].start;
+            self.first.extend((0..moves.count).map(|_| start));
+        }
+        let Self { factor, first, n, .. } = self;
+        factor.reset(*n, |row| first[row]);
+    }
+
+    fn add_big(&mut self) {
+        for (row, column, block) in &self.big {
+            let (rows, cols) = (self.moves[*row], self.moves[*column]);
+            let rows = Image { columns: rows.basis, count: rows.count, start: rows.start };
+            let cols = Image { columns: cols.basis, count: cols.count, start: cols.start };
+            add_form(&mut self.factor, block, &rows, &cols);
         }
     }
 
-    fn add_small(&mut self, small: &BlockCsr<B>, attachments: &[Attachment], w: &Subspace<B>) {
+    fn add_small(&mut self, small: &BlockCsr<B>, attachments: &[Attachment], resistance: &[f64], w: &Subspace<B>) {
         // Images: moves of its own as they are, those of an attachment weighted, their tied part.
         self.images.clear();
         for (node, attachment) in attachments.iter().enumerate() {
-            let at = self.n_attached + node;
-            let own = self.moves[at];
+            let own = self.moves[self.small[node]];
             self.images.push(Image { columns: own.basis, count: own.count, start: own.start });
-            let free = w.get(self.nodes[at]);
+            let free = w.get(self.nodes[self.small[node]]);
             for &(big, weight) in attachment {
-                let place = self.nodes[..self.n_attached].partition_point(|node| *node < big);
-                let moves = self.moves[place];
+                let moves = self.place(big).map_or(own, |place| self.moves[place]);
                 let columns = moves.basis.map(|basis| super::tied(&free, basis.map(|v| v * weight)));
                 self.images.push(Image { columns, count: moves.count, start: moves.start });
             }
@@ -172,20 +228,51 @@ impl<const B: usize> CoupledBlock<B> {
                 for row in rows.clone() {
                     for col in skipped.1..skipped.1 + attachments[j].len() + 1 {
                         let (row, col) = (self.images[row], self.images[col]);
-                        add_form(&mut self.matrix, self.n, block, &row, &col);
+                        add_form(&mut self.factor, block, &row, &col);
                     }
                 }
+            }
+            if resistance[i] != 0.0 {
+                self.add_resistance(i, attachment, resistance[i], w);
+            }
+        }
+    }
+
+    /// `c |own moves − what they would be if the node followed its attachments|²`.
+    fn add_resistance(&mut self, node: usize, attachment: &Attachment, c: f64, w: &Subspace<B>) {
+        let mut block = [[0.0; B]; B];
+        (0..B).for_each(|k| block[k][k] = c);
+        let free = w.get(self.nodes[self.small[node]]);
+        let image = |this: &Self, k: usize| match k.checked_sub(1) {
+            None => {
+                let own = this.moves[this.small[node]];
+                Image { columns: own.basis, count: own.count, start: own.start }
+            }
+            Some(k) => {
+                let (big, weight) = attachment[k];
+                let moves = this.moves[this.place(big).unwrap_or(this.small[node])];
+                let columns = moves.basis.map(|basis| free.project(basis.map(|v| -v * weight)));
+                Image { columns, count: moves.count, start: moves.start }
+            }
+        };
+        for row in 0..=attachment.len() {
+            for col in 0..=attachment.len() {
+                let (row, col) = (image(self, row), image(self, col));
+                add_form(&mut self.factor, &block, &row, &col);
             }
         }
     }
 }
 
-/// Adds `rowsᵀ block cols` where the two images' rows and columns are.
-fn add_form<const B: usize>(matrix: &mut [f64], n: usize, block: &Block<B>, rows: &Image<B>, cols: &Image<B>) {
+/// Adds the lower triangle of `rowsᵀ block cols` where the two images' rows and columns are.
+fn add_form<const B: usize>(matrix: &mut Skyline, block: &Block<B>, rows: &Image<B>, cols: &Image<B>) {
     for (l, col) in cols.columns[..cols.count].iter().enumerate() {
         let product = block.map(|row| (0..B).map(|k| row[k] * col[k]).sum::<f64>());
         for (k, row) in rows.columns[..rows.count].iter().enumerate() {
-            matrix[(rows.start + k) * n + cols.start + l] += (0..B).map(|i| row[i] * product[i]).sum::<f64>();
+            if rows.start + k >= cols.start + l {
+                let value = (0..B).map(|i| row[i] * product[i]).sum::<f64>();
+                matrix.add(rows.start + k, cols.start + l, value);
+            }
         }
     }
 }
