@@ -6,6 +6,7 @@
 //!   strain, plane stress) and three;
 //! * [`body`]: elements and stiffness rows that follow a mesh change, as an energy for the solver; loads;
 //! * [`statics`]: equilibrium under dead loads, with load steps that adapt;
+//! * [`coupling`]: which nodes between a needle and the tissue stick, and which slip;
 //! * [`friction`]: stick-slip states of the nodes along a tool.
 //!
 //! ```
@@ -27,6 +28,7 @@
 //! * `direct` (default): sparse factors among the methods of statics.
 
 pub mod body;
+pub mod coupling;
 pub mod dynamics;
 pub mod friction;
 pub mod lanes;
