@@ -186,6 +186,29 @@ impl<const D: usize, const N: usize> Remesher<D, N> {
         Ok(NeedleId(self.needles.len() as u32 - 1))
     }
 
+    /// Puts the tip of a needle without nodes elsewhere outside the mesh, not along a path: a needle in flight is not followed.
+    ///
+    /// # Errors
+    /// [`RemeshError::UnknownNeedle`], [`RemeshError::Tip`], [`RemeshError::StartsInside`].
+    ///
+    /// # Panics
+    /// If the needle is in the mesh.
+    pub fn place_outside(
+        &mut self,
+        mesh: &SimplexMesh<D, N>,
+        needle: NeedleId,
+        tip: [f64; D],
+    ) -> Result<(), RemeshError> {
+        check_tip(&tip)?;
+        let k = self.check_needle(mesh, needle)?;
+        assert!(self.needles[k].nodes.is_empty(), "a needle in the mesh is advanced");
+        if let Some(cell) = walk::strictly_inside(mesh, &tip) {
+            return Err(RemeshError::StartsInside { cell });
+        }
+        self.needles[k].tip = tip;
+        Ok(())
+    }
+
     /// The nodes of a needle from the entry to the tip; empty while it is outside, and for a needle that does not exist.
     pub fn nodes(&self, needle: NeedleId) -> impl ExactSizeIterator<Item = VertexId> + '_ {
         let nodes = self.needles.get(needle.0 as usize).map_or(&[][..], |needle| &needle.nodes);

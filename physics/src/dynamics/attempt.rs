@@ -26,7 +26,7 @@ pub(super) struct Outcome {
     pub error: f64,
 }
 
-pub(super) struct Attempt<'a, const D: usize, const N: usize, M> {
+pub(crate) struct Attempt<'a, const D: usize, const N: usize, M> {
     pub body: &'a mut Body<D, N, M>,
     pub subspace: &'a Subspace<D>,
     pub start: &'a State,
@@ -38,7 +38,7 @@ const ROUND_OFF: f64 = 1e-14;
 
 impl<const D: usize, const N: usize, M: Hyperelastic<D>> Attempt<'_, D, N, M> {
     /// Leaves the end of the step in `u`, `v`, `a` of the integrator.
-    pub fn make(mut self, it: &mut Integrator<D>, report: &mut StepReport<D>) -> Result<Outcome, Setback> {
+    pub(super) fn make(mut self, it: &mut Integrator<D>, report: &mut StepReport<D>) -> Result<Outcome, Setback> {
         let c = it.settings.scheme.coefficients(self.h);
         self.predict(it, &c);
         if M::IS_LINEAR || it.settings.solution == Solution::Linearised {
@@ -54,7 +54,7 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Attempt<'_, D, N, M> {
 
     /// `u^` and `v^`, and in `a` the last acceleration where nodes are free, what brings constrained ones to where they
     /// are to be.
-    fn predict(&self, it: &mut Integrator<D>, c: &Coefficients) {
+    pub fn predict(&self, it: &mut Integrator<D>, c: &Coefficients) {
         let start = self.start;
         for i in 0..start.u.len() {
             it.u_hat[i] = start.u[i] + c.h * start.v[i] + c.u_a0 * start.a[i];
@@ -96,12 +96,9 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Attempt<'_, D, N, M> {
         second.map_err(Setback::from)
     }
 
-    fn solve_linearised(
-        &mut self,
-        it: &mut Integrator<D>,
-        c: &Coefficients,
-        report: &mut StepReport<D>,
-    ) -> Result<(), Unsolved> {
+    /// Right side, matrix and preconditioner of the linearised step, with the tangents that the body has; returns what
+    /// rounding leaves of its residual, N.
+    pub fn assemble(&mut self, it: &mut Integrator<D>, c: &Coefficients) -> Result<f64, Unsolved> {
         let (damping, start) = (it.settings.damping, self.start);
         let body = &mut *self.body;
         let [direction, product, _] = &mut it.scratch;
@@ -141,7 +138,18 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Attempt<'_, D, N, M> {
             .map_err(|e| Unsolved::Other(Setback::Final(BodyError::from(e).into())))?;
         it.frozen.refresh(&it.matrix.matrix);
         it.preconditioner.follow(&it.team, &it.matrix.matrix, self.subspace)?;
-        let since = it.times.matrix.add(since);
+        it.times.matrix.add(since);
+        Ok(floor)
+    }
+
+    fn solve_linearised(
+        &mut self,
+        it: &mut Integrator<D>,
+        c: &Coefficients,
+        report: &mut StepReport<D>,
+    ) -> Result<(), Unsolved> {
+        let floor = self.assemble(it, c)?;
+        let since = Instant::now();
         let stop = StopRule { round_floor: it.settings.stop.round_floor + floor, ..it.settings.stop };
         let settings = CgSettings { stop, max_iterations: it.settings.max_inner_iterations };
         let solved =
@@ -156,10 +164,15 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Attempt<'_, D, N, M> {
                 solved.residual_norm, solved.iterations, solved.threshold
             ))));
         }
-        for i in 0..start.u.len() {
+        self.place(it, c);
+        Ok(())
+    }
+
+    /// Where the accelerations that were found bring the body.
+    pub fn place(&self, it: &mut Integrator<D>, c: &Coefficients) {
+        for i in 0..it.u.len() {
             it.u[i] = it.u_hat[i] + c.cx * it.a[i];
         }
-        Ok(())
     }
 
     fn newton(&mut self, it: &mut Integrator<D>, c: &Coefficients, report: &mut StepReport<D>) -> Result<(), Setback> {
@@ -250,7 +263,7 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Attempt<'_, D, N, M> {
     }
 
     /// Velocities and accelerations at the end; refuses an end that inverts an element.
-    fn finish(&mut self, it: &mut Integrator<D>, c: &Coefficients) -> Result<(), Setback> {
+    pub fn finish(&mut self, it: &mut Integrator<D>, c: &Coefficients) -> Result<(), Setback> {
         // Newton's method has stayed within the domain by itself.
         if it.settings.solution == Solution::Linearised && !self.is_reachable(it) {
             let (cell, jacobian) = self.body.smallest_jacobian(&it.u).unwrap_or((CellId(0), f64::NAN));
@@ -273,7 +286,7 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Attempt<'_, D, N, M> {
 }
 
 /// Why a linearised step has no solution.
-enum Unsolved {
+pub(crate) enum Unsolved {
     /// The matrix is not positive definite on the free moves.
     Indefinite,
     Other(Setback),

@@ -93,7 +93,7 @@ pub enum DynamicsError {
 
 /// Why one attempt at a step was given up.
 #[derive(Debug)]
-pub(super) enum Setback {
+pub(crate) enum Setback {
     /// A shorter one may do.
     Curable(String),
     Final(DynamicsError),

@@ -7,7 +7,7 @@ use stylet_solver::sparse::{BlockCsr, SparseError};
 
 /// `stiffness K + mass M + lagged L`, where `L` has the pattern of `K`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Weights {
+pub(crate) struct Weights {
     pub stiffness: f64,
     pub mass: f64,
     pub lagged: f64,
@@ -15,7 +15,7 @@ pub(super) struct Weights {
 
 /// The sum, which writes the rows alone that have changed.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Following<const D: usize> {
+pub(crate) struct Following<const D: usize> {
     pub matrix: BlockCsr<D>,
     weights: Weights,
     /// Of each row, the revision of the stiffness and the number of the lagged matrix that it was made from.

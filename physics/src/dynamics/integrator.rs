@@ -34,30 +34,30 @@ pub struct Drive {
 /// It owns matrices and vectors, sized by the first step: a second one on the same mesh allocates nothing but for what
 /// conjugate gradients do. What moves is the [`State`].
 pub struct Integrator<const D: usize> {
-    pub(super) settings: DynamicsSettings,
-    pub(super) team: Team,
-    pub(super) preconditioner: Box<dyn StepPreconditioner<D>>,
-    pub(super) drive: Drive,
-    pub(super) matrix: Following<D>,
-    pub(super) frozen: Frozen<D>,
-    pub(super) lagged: BlockCsr<D>,
-    pub(super) lagged_number: u64,
-    pub(super) cg: CgWorkspace,
-    pub(super) newton: NewtonWorkspace<D>,
-    pub(super) u_hat: Vec<f64>,
-    pub(super) v_hat: Vec<f64>,
-    pub(super) rhs: Vec<f64>,
-    pub(super) scratch: [Vec<f64>; 3],
+    pub(crate) settings: DynamicsSettings,
+    pub(crate) team: Team,
+    pub(crate) preconditioner: Box<dyn StepPreconditioner<D>>,
+    pub(crate) drive: Drive,
+    pub(crate) matrix: Following<D>,
+    pub(crate) frozen: Frozen<D>,
+    pub(crate) lagged: BlockCsr<D>,
+    pub(crate) lagged_number: u64,
+    pub(crate) cg: CgWorkspace,
+    pub(crate) newton: NewtonWorkspace<D>,
+    pub(crate) u_hat: Vec<f64>,
+    pub(crate) v_hat: Vec<f64>,
+    pub(crate) rhs: Vec<f64>,
+    pub(crate) scratch: [Vec<f64>; 3],
     /// The end of the step that is being attempted.
-    pub(super) u: Vec<f64>,
-    pub(super) v: Vec<f64>,
-    pub(super) a: Vec<f64>,
+    pub(crate) u: Vec<f64>,
+    pub(crate) v: Vec<f64>,
+    pub(crate) a: Vec<f64>,
     /// What rounding errors leave of a residual, N, and the number of elements that it was found for.
-    pub(super) round_off: f64,
+    pub(crate) round_off: f64,
     /// The same of the strain energy, J.
-    pub(super) energy_round_off: f64,
+    pub(crate) energy_round_off: f64,
     round_off_of: usize,
-    pub(super) times: StageTimes,
+    pub(crate) times: StageTimes,
     /// The state at the start of a part of a step that is made of several.
     part: State,
 }
@@ -319,7 +319,7 @@ impl<const D: usize> Integrator<D> {
         last
     }
 
-    fn commit(&mut self, state: &mut State, dt: f64) {
+    pub(crate) fn commit(&mut self, state: &mut State, dt: f64) {
         std::mem::swap(&mut state.u, &mut self.u);
         std::mem::swap(&mut state.v, &mut self.v);
         std::mem::swap(&mut state.a, &mut self.a);
@@ -328,7 +328,7 @@ impl<const D: usize> Integrator<D> {
     }
 
     /// Checks shapes and sizes vectors.
-    fn prepare<const N: usize, M: Hyperelastic<D>>(
+    pub(crate) fn prepare<const N: usize, M: Hyperelastic<D>>(
         &mut self,
         body: &Body<D, N, M>,
         subspace: &Subspace<D>,
@@ -387,7 +387,7 @@ impl<const D: usize> Integrator<D> {
     }
 
     /// Asks the caller for load and motion at `t`.
-    fn ask(&mut self, t: f64, drive: &mut dyn FnMut(f64, &mut Drive)) -> Result<(), DynamicsError> {
+    pub(crate) fn ask(&mut self, t: f64, drive: &mut dyn FnMut(f64, &mut Drive)) -> Result<(), DynamicsError> {
         let dim = self.drive.load.len();
         drive(t, &mut self.drive);
         let Drive { load, displacement, velocity } = &self.drive;

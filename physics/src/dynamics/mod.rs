@@ -35,14 +35,14 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod attempt;
-mod error;
-mod following;
+pub(crate) mod attempt;
+pub(crate) mod error;
+pub(crate) mod following;
 mod incremental;
 mod integrator;
 mod preconditioner;
 mod report;
-mod scheme;
+pub(crate) mod scheme;
 mod settings;
 mod state;
 mod times;

@@ -14,7 +14,7 @@ pub struct Spent {
 impl Spent {
     /// Adds a call that began at `since`, and returns the present.
     #[inline]
-    pub(super) fn add(&mut self, since: Instant) -> Instant {
+    pub(crate) fn add(&mut self, since: Instant) -> Instant {
         let now = Instant::now();
         self.seconds += (now - since).as_secs_f64();
         self.calls += 1;

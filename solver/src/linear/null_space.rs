@@ -182,27 +182,20 @@ impl<const B: usize> NullSpace<B> {
         self.factor()
     }
 
-    /// Changes the moves of all small nodes at once, and factors the coupled block again.
+    /// Changes the moves of all small nodes at once, and what stands against them: `resistance[i]`, zero or more, is force by
+    /// length of a move relative to the attachment (viscous friction of `c` N s/m adds `c` times the derivative of velocity by
+    /// place); only its part along the allowed moves counts. The coupled block is factored again.
     ///
     /// # Errors
-    /// As [`set_free`](Self::set_free), and [`VectorError::Length`]; nodes before the one at fault are then changed.
-    pub fn set_all_free(&mut self, free: &[Constraint<B>]) -> Result<(), NullSpaceError> {
+    /// As [`set_free`](Self::set_free), [`VectorError::Length`] and [`VectorError::NotFinite`]; nodes before the one at fault
+    /// are then changed.
+    pub fn set_motions(&mut self, free: &[Constraint<B>], resistance: &[f64]) -> Result<(), NullSpaceError> {
         check_length("the list of relative motions", free.len(), self.small.n_rows())?;
+        check_length("the list of resistances", resistance.len(), self.small.n_rows())?;
+        finite(resistance.iter().sum(), "the resistances", resistance, 0)?;
         for (node, free) in free.iter().enumerate() {
             self.tie(node, *free)?;
         }
-        self.factor()
-    }
-
-    /// What stands against the moves of each small node relative to its attachment, force by length, zero or more: viscous
-    /// friction of `c` N s/m adds `c` times the derivative of velocity by place. Only its part along those moves counts. The
-    /// coupled block is factored again.
-    ///
-    /// # Errors
-    /// [`VectorError::Length`], [`VectorError::NotFinite`]; [`NullSpaceError::NotPositiveDefinite`].
-    pub fn set_resistance(&mut self, resistance: &[f64]) -> Result<(), NullSpaceError> {
-        check_length("the list of resistances", resistance.len(), self.small.n_rows())?;
-        finite(resistance.iter().sum(), "the resistances", resistance, 0)?;
         self.resistance.copy_from_slice(resistance);
         self.factor()
     }

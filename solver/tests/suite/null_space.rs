@@ -185,8 +185,7 @@ fn check_pair<const B: usize>(s: &Pair<B>) {
     // Every state is reached from another one.
     let first = vec![Constraint::Free; s.free.len()];
     let mut form = NullSpace::new(&s.big.a, &s.big.w, s.small.a.clone(), s.attachments.clone(), &first).unwrap();
-    form.set_all_free(&s.free).unwrap();
-    form.set_resistance(&s.resistance).unwrap();
+    form.set_motions(&s.free, &s.resistance).unwrap();
     let (mut u, mut v) = (s.big.x0.clone(), s.small.x0.clone());
     let mut ws = NullSpaceWorkspace::new();
     let b = (&s.big.b[..], &s.small.b[..], &s.g[..]);

@@ -1,0 +1,61 @@
+//! What can go wrong in a coupled step, as values that carry the numbers.
+
+use crate::dynamics::DynamicsError;
+use crate::rod::RodError;
+use stylet_solver::linear::NullSpaceError;
+
+/// Why a coupled step could not be made. Tissue and needles are as they were.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum CouplingError {
+    /// The tissue alone is at fault.
+    #[error(transparent)]
+    Dynamics(#[from] DynamicsError),
+    /// A rod is.
+    #[error("needle {needle}: {error}")]
+    Rod {
+        /// The needle.
+        needle: usize,
+        /// What is wrong.
+        error: RodError,
+    },
+    /// The coupled system has no solution.
+    #[error(transparent)]
+    NullSpace(#[from] NullSpaceError),
+    /// Conjugate gradients ran out of iterations.
+    #[error("the coupled system: residual {residual:e} N after {iterations} iterations, threshold {threshold:e} N")]
+    IterationLimit {
+        /// Iterations made.
+        iterations: usize,
+        /// Residual then, N.
+        residual: f64,
+        /// What it was compared with, N.
+        threshold: f64,
+    },
+    /// The matrix of the step is not positive definite, even with the nearest semidefinite tangents.
+    #[error("the matrix of the step is not positive definite")]
+    Indefinite,
+    /// The step was given up.
+    #[error("{0}")]
+    GivenUp(String),
+    /// A needle moved further along the tissue than the nodes beside allow for one step.
+    #[error("needle {needle} slides {slip:e} m past its node {node} in a step, more than the {reach:e} m that its edges allow")]
+    Overrun {
+        /// The needle.
+        needle: usize,
+        /// Its node.
+        node: usize,
+        /// How far it slid, m.
+        slip: f64,
+        /// How far it may, m.
+        reach: f64,
+    },
+    /// A needle has too few nodes, or vectors of another length.
+    #[error("needle {needle}: {what}")]
+    Shape {
+        /// The needle.
+        needle: usize,
+        /// What does not fit.
+        what: &'static str,
+    },
+}

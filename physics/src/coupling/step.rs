@@ -1,0 +1,532 @@
+//! A step of tissue and needles together.
+//!
+//! ```text
+//! tissue: forces, tangents, matrix (dynamics)     rods: forces, tangents, sleeves
+//!                   '------- null-space form, states by trials -------'
+//!                        accelerations -> end of the step, in the integrator, until it is taken
+//! ```
+
+use super::shaft::{SleeveMotion, difference, inner, length, set_triple, triple};
+use super::system::{Link, System, SystemVectors};
+use super::{
+    Answer, CouplingError, SearchReport, SearchSettings, SearchWorkspace, Shaft, SlipLimits, SlipState, search,
+};
+use crate::body::Body;
+use crate::dynamics::attempt::{Attempt, Unsolved};
+use crate::dynamics::error::Setback;
+use crate::dynamics::scheme::Coefficients;
+use crate::dynamics::{Drive, DynamicsSettings, Integrator, Spent, StageTimes, State, StepPreconditioner};
+use crate::material::Hyperelastic;
+use crate::rod::Tangent;
+use std::time::Instant;
+use stylet_solver::linear::{Attachment, CgWorkspace, NullSpace, NullSpaceError, NullSpaceWorkspace};
+use stylet_solver::sparse::BlockCsr;
+use stylet_solver::subspace::{Constraint, Subspace};
+use stylet_solver::team::Team;
+
+/// How coupled steps are made.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CoupledSettings {
+    /// Of the tissue; steps are linearised once, and neither halved nor adapted here. Its tolerance is not used.
+    pub dynamics: DynamicsSettings,
+    /// How friction states are found, and how far linear systems are solved.
+    pub search: SearchSettings,
+    /// The matrix of the rods.
+    pub tangent: Tangent,
+    /// A needle may slide past the tissue by this part of the shorter edge at a node in one step; more is
+    /// [`CouplingError::Overrun`].
+    pub reach: f64,
+}
+
+/// Where the time of coupled steps goes, beside that of the tissue's own stages.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct CoupledTimes {
+    /// Forces and matrices of the rods.
+    pub needle: Spent,
+    /// Setting the coupled system up: the exact block and the right sides.
+    pub couple: Spent,
+    /// Friction states and solutions.
+    pub search: Spent,
+}
+
+/// What a coupled step did.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct CoupledReport {
+    /// The search for states.
+    pub search: SearchReport,
+    /// Residual of the last solve, N, and what it was compared with.
+    pub residual: f64,
+    /// What it was compared with.
+    pub threshold: f64,
+    /// Element stiffnesses that were evaluated.
+    pub elements_updated: u64,
+}
+
+/// Where a step would leave a needle.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ShaftEnd {
+    /// Places, m.
+    pub x: Vec<f64>,
+    /// Velocities, m/s.
+    pub v: Vec<f64>,
+    /// Accelerations, m/s^2.
+    pub a: Vec<f64>,
+    /// Force of the sleeve on the needle, N.
+    pub base_force: [f64; 3],
+    /// Moment of the sleeve on the needle about node 0, N m, without twist.
+    pub base_moment: [f64; 3],
+    /// By coupling node: state, force along `t` on the tissue (N), sliding (m).
+    pub states: Vec<SlipState>,
+    /// Forces along `t` on the tissue, N.
+    pub forces: Vec<f64>,
+    /// Needle less tissue along `t`, m.
+    pub slips: Vec<f64>,
+}
+
+/// Makes steps of tissue and needles together; what it found stays in it until [`take`](Self::take).
+pub struct CoupledIntegrator {
+    settings: CoupledSettings,
+    tissue: Integrator<3>,
+    vectors: SystemVectors,
+    ws: NullSpaceWorkspace,
+    search: SearchWorkspace,
+    answer: Answer,
+    rods: Vec<RodSystem>,
+    ends: Vec<ShaftEnd>,
+    links: Vec<Link>,
+    limits: Vec<SlipLimits>,
+    states: Vec<SlipState>,
+    times: CoupledTimes,
+}
+
+/// Numbers of one needle in the step at hand.
+#[derive(Debug)]
+struct RodSystem {
+    tangent: BlockCsr<3>,
+    force: Vec<f64>,
+    /// `x^ − x0` and `v^`; of the nodes in the sleeve what is prescribed.
+    p: Vec<f64>,
+    v_hat: Vec<f64>,
+    /// Its first node (node 2) in the small body.
+    first: usize,
+}
+
+impl CoupledIntegrator {
+    /// Steps whose passes over the tissue are shared by a team; the bits do not depend on it.
+    #[must_use]
+    pub fn new(settings: CoupledSettings, team: &Team) -> Self {
+        Self {
+            settings,
+            tissue: Integrator::new(settings.dynamics, team),
+            vectors: SystemVectors::default(),
+            ws: CgWorkspace::on(team).into(),
+            search: SearchWorkspace::new(),
+            answer: Answer::default(),
+            rods: Vec::new(),
+            ends: Vec::new(),
+            links: Vec::new(),
+            limits: Vec::new(),
+            states: Vec::new(),
+            times: CoupledTimes::default(),
+        }
+    }
+
+    /// Preconditions the tissue by another method from now on.
+    pub fn set_preconditioner(&mut self, preconditioner: impl StepPreconditioner<3> + 'static) {
+        self.tissue.set_preconditioner(preconditioner);
+    }
+
+    /// The settings.
+    #[must_use]
+    pub fn settings(&self) -> &CoupledSettings {
+        &self.settings
+    }
+
+    /// What the tissue's stages took, but for the solution.
+    #[must_use]
+    pub fn tissue_times(&self) -> &StageTimes {
+        self.tissue.times()
+    }
+
+    /// What the others took.
+    #[must_use]
+    pub fn times(&self) -> &CoupledTimes {
+        &self.times
+    }
+
+    /// The integrator of the tissue, for starts and resumptions.
+    pub fn tissue(&mut self) -> &mut Integrator<3> {
+        &mut self.tissue
+    }
+
+    /// Makes a step of length `h` (s) from `state` and the needles as they are, and keeps its end: nothing is moved yet.
+    ///
+    /// `sleeves` has one entry per needle. The tissue's constrained nodes move as `drive` says.
+    ///
+    /// # Errors
+    /// [`CouplingError`]; a shorter step may do where it says so.
+    pub fn attempt<M: Hyperelastic<3>>(
+        &mut self,
+        body: &mut Body<3, 4, M>,
+        subspace: &Subspace<3>,
+        drive: &mut dyn FnMut(f64, &mut Drive),
+        (state, needles): (&State, &[Shaft]),
+        sleeves: &[SleeveMotion],
+        h: f64,
+    ) -> Result<CoupledReport, CouplingError> {
+        check(needles, sleeves)?;
+        self.tissue.prepare(body, subspace, state)?;
+        self.tissue.ask(state.t + h, drive)?;
+        let c = self.settings.dynamics.scheme.coefficients(h);
+        let mut report = CoupledReport::default();
+        let mut attempt = Attempt { body, subspace, start: state, h };
+        attempt.predict(&mut self.tissue, &c);
+        if !M::IS_LINEAR {
+            let since = Instant::now();
+            attempt.body.linearize(&state.u);
+            self.tissue.times.linearize.add(since);
+            report.elements_updated = attempt.body.elements_updated() as u64;
+        }
+        let first = self.solve(&mut attempt, (state, needles), sleeves, &c, &mut report);
+        let indefinite = matches!(first, Err(CouplingError::Indefinite));
+        if !indefinite || M::IS_LINEAR || attempt.body.is_projected() {
+            first?;
+        } else {
+            // As in steps of the tissue alone: the nearest semidefinite tangents.
+            attempt.body.set_projection(true);
+            attempt.predict(&mut self.tissue, &c);
+            let second = self.solve(&mut attempt, (state, needles), sleeves, &c, &mut report);
+            attempt.body.set_projection(false);
+            second?;
+        }
+        attempt.place(&mut self.tissue, &c);
+        attempt.finish(&mut self.tissue, &c).map_err(setback)?;
+        self.end_needles(needles, sleeves, &c, h)?;
+        Ok(report)
+    }
+
+    /// Displacement of the tissue at the end of the step that was attempted, m.
+    #[must_use]
+    pub fn displacement(&self) -> &[f64] {
+        &self.tissue.u
+    }
+
+    /// Where the attempted step would leave the needles.
+    #[must_use]
+    pub fn ends(&self) -> &[ShaftEnd] {
+        &self.ends
+    }
+
+    /// Takes the step that was attempted: moves the tissue and the needles to its end.
+    pub fn take(&mut self, state: &mut State, needles: &mut [Shaft], h: f64) {
+        self.tissue.commit(state, h);
+        for (needle, end) in needles.iter_mut().zip(&mut self.ends) {
+            std::mem::swap(&mut needle.x, &mut end.x);
+            std::mem::swap(&mut needle.v, &mut end.v);
+            std::mem::swap(&mut needle.a, &mut end.a);
+            for (node, state) in needle.nodes.iter_mut().zip(&end.states) {
+                node.state = *state;
+            }
+        }
+    }
+
+    fn solve<M: Hyperelastic<3>>(
+        &mut self,
+        attempt: &mut Attempt<'_, 3, 4, M>,
+        (state, needles): (&State, &[Shaft]),
+        sleeves: &[SleeveMotion],
+        c: &Coefficients,
+        report: &mut CoupledReport,
+    ) -> Result<(), CouplingError> {
+        let round_floor = attempt.assemble(&mut self.tissue, c).map_err(unsolved)?;
+        let since = Instant::now();
+        let small = self.needles_system(needles, sleeves, c)?;
+        let since = self.times.needle.add(since);
+        self.link(needles, state, c);
+        let mut attachments: Vec<Attachment> = vec![Vec::new(); small.n_rows()];
+        for link in &self.links {
+            attachments[link.small].push((link.vertex, 1.0));
+        }
+        let free = vec![Constraint::Free; small.n_rows()];
+        let it = &mut self.tissue;
+        let mut form = NullSpace::new(&it.matrix.matrix, attempt.subspace, small, attachments, &free).map_err(indefinite)?;
+        self.vectors.start.clone_from(&it.a);
+        for (node, value) in self.vectors.start.as_chunks_mut::<3>().0.iter_mut().enumerate() {
+            let own = attempt.subspace.get(node).project(*value);
+            *value = difference(value, &own);
+        }
+        let since = self.times.couple.add(since);
+        self.states.clear();
+        self.states.extend(needles.iter().flat_map(|needle| needle.nodes.iter().map(|node| node.state)));
+        let mut system = System {
+            a: &it.frozen,
+            m: &*it.preconditioner,
+            form: &mut form,
+            links: &self.links,
+            limits: &self.limits,
+            b: &it.rhs,
+            x: &mut it.a,
+            vectors: &mut self.vectors,
+            ws: &mut self.ws,
+            cx: c.cx,
+            cv: c.cv,
+            round_floor,
+            max_iterations: self.settings.dynamics.max_inner_iterations,
+            residual: 0.0,
+            threshold: 0.0,
+        };
+        let found =
+            search(&mut system, &mut self.states, &self.settings.search, &mut self.search, &mut self.answer);
+        report.search = found?;
+        (report.residual, report.threshold) = (system.residual, system.threshold);
+        self.times.search.add(since);
+        Ok(())
+    }
+
+    /// Matrix of all needle nodes but those in sleeves, `M + cv D + cx K`, and their right sides.
+    fn needles_system(
+        &mut self,
+        needles: &[Shaft],
+        sleeves: &[SleeveMotion],
+        c: &Coefficients,
+    ) -> Result<BlockCsr<3>, CouplingError> {
+        while self.rods.len() < needles.len() {
+            self.rods.push(RodSystem {
+                tangent: BlockCsr::new(0),
+                force: Vec::new(),
+                p: Vec::new(),
+                v_hat: Vec::new(),
+                first: 0,
+            });
+        }
+        let n_small: usize = needles.iter().map(|needle| needle.n_nodes() - 2).sum();
+        let mut small = BlockCsr::new(n_small);
+        let b = &mut self.vectors.b_small;
+        b.clear();
+        b.resize(3 * n_small, 0.0);
+        self.vectors.x_small.clear();
+        self.vectors.x_small.resize(3 * n_small, 0.0);
+        let mut first = 0;
+        for (k, (needle, sleeve)) in needles.iter().zip(sleeves).enumerate() {
+            let system = &mut self.rods[k];
+            system.first = first;
+            system.evaluate(needle, sleeve, self.settings.tangent, c);
+            system
+                .add_to(needle, c, &mut small, &mut b[3 * first..3 * (first + needle.n_nodes() - 2)])
+                .map_err(|_| CouplingError::Shape { needle: k, what: "its matrix does not fit" })?;
+            first += needle.n_nodes() - 2;
+        }
+        Ok(small)
+    }
+
+    fn link(&mut self, needles: &[Shaft], state: &State, c: &Coefficients) {
+        self.links.clear();
+        self.limits.clear();
+        let offsets = &mut self.vectors.offsets;
+        offsets.clear();
+        offsets.resize(self.vectors.b_small.len(), 0.0);
+        for (needle, rod) in needles.iter().zip(&self.rods) {
+            let entry = needle.entry();
+            for (k, coupled) in needle.nodes.iter().enumerate() {
+                let (node, vertex) = (entry + k, coupled.vertex as usize);
+                let (tangent, small) = (needle.tangent(node), rod.first + node - 2);
+                let p_tissue = difference(&triple(&self.tissue.u_hat, vertex), &triple(&state.u, vertex));
+                let lag = difference(&p_tissue, &triple(&rod.p, node));
+                let v_lag = difference(&triple(&rod.v_hat, node), &triple(&self.tissue.v_hat, vertex));
+                set_triple(offsets, small, &lag.map(|p| p / c.cx));
+                self.links.push(Link {
+                    small,
+                    vertex,
+                    tangent,
+                    drag: coupled.drag,
+                    drag_force: coupled.drag * inner(&tangent, &v_lag),
+                    slip: -inner(&tangent, &lag),
+                });
+                self.limits.push(coupled.limits);
+            }
+        }
+    }
+
+    /// Places, velocities and accelerations of the needles, and the forces of their sleeves.
+    fn end_needles(
+        &mut self,
+        needles: &[Shaft],
+        sleeves: &[SleeveMotion],
+        c: &Coefficients,
+        h: f64,
+    ) -> Result<(), CouplingError> {
+        self.ends.resize_with(needles.len(), ShaftEnd::default);
+        let mut seen = 0;
+        for (k, (needle, sleeve)) in needles.iter().zip(sleeves).enumerate() {
+            let (rod, end) = (&self.rods[k], &mut self.ends[k]);
+            rod.end(needle, sleeve, &self.vectors.x_small, c, h, end);
+            let q = needle.nodes.len();
+            end.states.clear();
+            end.states.extend_from_slice(&self.states[seen..seen + q]);
+            end.forces.clear();
+            end.forces.extend_from_slice(&self.answer.force[seen..seen + q]);
+            end.slips.clear();
+            end.slips.extend_from_slice(&self.answer.slip[seen..seen + q]);
+            seen += q;
+            for (node, &slip) in (needle.entry()..).zip(&end.slips) {
+                let reach = self.settings.reach * shorter_edge(needle, node);
+                if slip.abs() > reach {
+                    return Err(CouplingError::Overrun { needle: k, node, slip, reach });
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+impl RodSystem {
+    fn evaluate(&mut self, needle: &Shaft, sleeve: &SleeveMotion, tangent: Tangent, c: &Coefficients) {
+        let n = needle.n_nodes();
+        self.force.clear();
+        self.force.resize(3 * n, 0.0);
+        needle.rod.add_force(&needle.x, &needle.director, &mut self.force);
+        needle.rod.tangent(&needle.x, &needle.director, tangent, &mut self.tangent);
+        self.p.clear();
+        self.p.extend((0..3 * n).map(|i| c.h * needle.v[i] + c.u_a0 * needle.a[i]));
+        self.v_hat.clear();
+        self.v_hat.extend((0..3 * n).map(|i| needle.v[i] + c.v_a0 * needle.a[i]));
+        for (node, place) in sleeve.place.iter().enumerate() {
+            set_triple(&mut self.p, node, &difference(place, &needle.place(node)));
+            set_triple(&mut self.v_hat, node, &sleeve.velocity);
+        }
+    }
+
+    /// `f − K p − D v^` of a node.
+    fn side(&self, node: usize, damping: f64) -> [f64; 3] {
+        let mut side = triple(&self.force, node);
+        let (columns, blocks) = self.tangent.row(node);
+        for (&j, block) in columns.iter().zip(blocks) {
+            let (p, v) = (triple(&self.p, j as usize), triple(&self.v_hat, j as usize));
+            for (side, row) in side.iter_mut().zip(block) {
+                *side -= (0..3).map(|l| row[l] * (p[l] + damping * v[l])).sum::<f64>();
+            }
+        }
+        side
+    }
+
+    fn add_to(
+        &self,
+        needle: &Shaft,
+        c: &Coefficients,
+        small: &mut BlockCsr<3>,
+        b: &mut [f64],
+    ) -> Result<(), stylet_solver::sparse::SparseError> {
+        let stiffness = c.cx + c.cv * needle.damping;
+        let (mut row_columns, mut row_blocks) = (Vec::with_capacity(5), Vec::with_capacity(5));
+        for node in 2..needle.n_nodes() {
+            row_columns.clear();
+            row_blocks.clear();
+            let (columns, blocks) = self.tangent.row(node);
+            for (&j, block) in columns.iter().zip(blocks).filter(|(j, _)| **j >= 2) {
+                let mut block = block.map(|row| row.map(|k| stiffness * k));
+                if j as usize == node {
+                    (0..3).for_each(|k| block[k][k] += needle.rod.node_mass(node));
+                }
+                row_columns.push((self.first + j as usize - 2) as u32);
+                row_blocks.push(block);
+            }
+            small.set_row(self.first + node - 2, &row_columns, &row_blocks)?;
+            set_triple(b, node - 2, &self.side(node, needle.damping));
+        }
+        Ok(())
+    }
+
+    fn end(
+        &self,
+        needle: &Shaft,
+        sleeve: &SleeveMotion,
+        x_small: &[f64],
+        c: &Coefficients,
+        h: f64,
+        end: &mut ShaftEnd,
+    ) {
+        let n = needle.n_nodes();
+        for (v, from) in [(&mut end.x, &needle.x), (&mut end.v, &needle.v), (&mut end.a, &needle.a)] {
+            v.clear();
+            v.extend_from_slice(from);
+        }
+        for node in 0..2 {
+            let before = triple(&needle.v, node);
+            set_triple(&mut end.x, node, &sleeve.place[node]);
+            set_triple(&mut end.v, node, &sleeve.velocity);
+            set_triple(&mut end.a, node, &difference(&sleeve.velocity, &before).map(|v| v / h));
+        }
+        for node in 2..n {
+            let a = triple(x_small, self.first + node - 2);
+            for (k, a) in a.iter().enumerate() {
+                let i = 3 * node + k;
+                end.x[i] = needle.x[i] + self.p[i] + c.cx * a;
+                end.v[i] = self.v_hat[i] + c.cv * a;
+                end.a[i] = *a;
+            }
+        }
+        // What holds the nodes in the sleeve: M a − (f − K (p + cx a) − D (v^ + cv a)).
+        let stiffness = c.cx + c.cv * needle.damping;
+        let mut forces = [[0.0; 3]; 2];
+        for (node, force) in forces.iter_mut().enumerate() {
+            let (side, acceleration) = (self.side(node, needle.damping), triple(&end.a, node));
+            let mass = needle.rod.node_mass(node);
+            *force = std::array::from_fn(|k| mass * acceleration[k] - side[k]);
+            let (columns, blocks) = self.tangent.row(node);
+            for (&j, block) in columns.iter().zip(blocks).filter(|(j, _)| **j >= 2) {
+                let a = triple(&end.a, j as usize);
+                for (force, row) in force.iter_mut().zip(block) {
+                    *force += stiffness * inner(row, &a);
+                }
+            }
+        }
+        let arm = difference(&sleeve.place[1], &sleeve.place[0]);
+        end.base_force = std::array::from_fn(|k| forces[0][k] + forces[1][k]);
+        end.base_moment = cross(&arm, &forces[1]);
+    }
+}
+
+fn cross(p: &[f64; 3], q: &[f64; 3]) -> [f64; 3] {
+    [p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]]
+}
+
+/// The shorter of the edges that meet at a node, m.
+fn shorter_edge(needle: &Shaft, node: usize) -> f64 {
+    let edge = |from: usize| length(&difference(&needle.place(from + 1), &needle.place(from)));
+    if node + 1 < needle.n_nodes() { edge(node - 1).min(edge(node)) } else { edge(node - 1) }
+}
+
+fn check(needles: &[Shaft], sleeves: &[SleeveMotion]) -> Result<(), CouplingError> {
+    for (k, needle) in needles.iter().enumerate() {
+        let refuse = |what| Err(CouplingError::Shape { needle: k, what });
+        let n = 3 * needle.n_nodes();
+        if [&needle.x, &needle.v, &needle.a].iter().any(|v| v.len() != n) {
+            return refuse("places, velocities and accelerations need three numbers per node of its rod");
+        }
+        if needle.n_nodes() < 3 || needle.entry() < 2 {
+            return refuse("two nodes in the sleeve and at least one more are needed");
+        }
+        if k >= sleeves.len() {
+            return refuse("it has no motion of its sleeve");
+        }
+    }
+    Ok(())
+}
+
+fn unsolved(error: Unsolved) -> CouplingError {
+    match error {
+        Unsolved::Indefinite => CouplingError::Indefinite,
+        Unsolved::Other(error) => setback(error),
+    }
+}
+
+fn setback(error: Setback) -> CouplingError {
+    match error {
+        Setback::Curable(reason) => CouplingError::GivenUp(reason),
+        Setback::Final(error) => error.into(),
+    }
+}
+
+fn indefinite(error: NullSpaceError) -> CouplingError {
+    error.into()
+}

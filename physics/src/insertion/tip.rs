@@ -1,0 +1,250 @@
+//! The tip in the mesh: entry, cutting on, withdrawing. After each the mesh has a node at the tip and edges along the needle.
+
+use super::entry::{Contact, contact};
+use super::{Insertion, InsertionError};
+use crate::coupling::{CouplingNode, SlipLimits, SlipState, difference, inner, length, set_triple, triple, unit};
+use crate::material::Hyperelastic;
+use stylet_mesh::locate::{Displaced, Walk};
+use stylet_mesh::remesh::{Motion, Outcome, RemeshError};
+use stylet_mesh::{CellId, MeshChange, SimplexMesh, VertexId};
+use stylet_solver::subspace::Constraint;
+
+/// How far before the skin a needle waits for its entry, in edges; any small number does.
+const BEFORE: f64 = 1e-3;
+/// How far behind the skin it asks to be: below what the remesher takes for the skin itself.
+const BEHIND: f64 = 2e-7;
+/// Where the region ahead of a node is looked up, in edges.
+const AHEAD: f64 = 1e-3;
+
+/// What a tip did to the mesh.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct TipMove {
+    /// Nodes of the needle were made, moved or deleted.
+    pub remeshed: bool,
+    /// The remesher found no way on; the tip stayed behind.
+    pub blocked: bool,
+}
+
+impl<M: Hyperelastic<3>> Insertion<M> {
+    /// A tip that was at `before` and is outside: whether it has met the skin. If so it gets a node there.
+    pub(super) fn meet(&mut self, k: usize, before: &[f64; 3]) -> Result<TipMove, InsertionError> {
+        let tip = self.needles[k].shaft.tip();
+        let Some(contact) = contact(&self.mesh, &self.state.u, before, &tip) else { return Ok(TipMove::default()) };
+        let Contact { material, inwards, edge, .. } = contact;
+        let off = |by: f64| std::array::from_fn(|i| material[i] + by * edge * inwards[i]);
+        let id = self.needles[k].id;
+        let remesh = |error| InsertionError::Remesh { needle: k, error };
+        self.remesher.place_outside(&self.mesh, id, off(-BEFORE)).map_err(remesh)?;
+        let mut change = MeshChange::default();
+        let moved = self.remesher.advance(&mut self.mesh, id, off(BEHIND), Motion::Penetrating, &mut change);
+        self.follow(&change)?;
+        moved.map_err(|error| self.shared(k, error))?;
+        let Some(vertex) = self.remesher.nodes(id).next() else { return Ok(TipMove::default()) };
+        // The skin is where the tip has come to: it is dented by less than a step.
+        let node = CouplingNode {
+            vertex: vertex.0,
+            state: SlipState::Static,
+            limits: SlipLimits { dynamic: [0.0; 2], fixed: [0.0; 2] },
+            drag: 0.0,
+        };
+        self.place_vertex(vertex, &tip);
+        self.needles[k].shaft.nodes.push(node);
+        self.check_disjoint(k)?;
+        Ok(TipMove { remeshed: true, blocked: false })
+    }
+
+    /// A tip in the tissue that has slid by `slip` along the needle: brings a node of the mesh to where it is, and changes the
+    /// list of the needle's nodes. What is new there sticks until its state is guessed.
+    pub(super) fn cut(&mut self, k: usize, slip: f64) -> Result<TipMove, InsertionError> {
+        let (id, world) = (self.needles[k].id, self.needles[k].shaft.tip());
+        let forward = slip > 0.0;
+        let target = if forward { self.ahead(k, slip)? } else { self.behind(k, -slip) };
+        let mut change = MeshChange::default();
+        let motion = if forward { Motion::Penetrating } else { Motion::Retracting };
+        let outcome = match target {
+            Some(target) => self.remesher.advance(&mut self.mesh, id, target, motion, &mut change),
+            None => self.remesher.withdraw(&mut self.mesh, id, &mut change),
+        };
+        self.follow(&change)?;
+        let blocked = match outcome {
+            Ok(report) if report.outcome == Outcome::Beyond => {
+                return Err(InsertionError::LeftTissue { needle: k, at: world });
+            }
+            Ok(_) => false,
+            Err(RemeshError::NoCandidate { .. }) => true,
+            Err(error) => return Err(self.shared(k, error)),
+        };
+        let nodes: Vec<VertexId> = self.remesher.nodes(id).collect();
+        let shaft = &mut self.needles[k].shaft;
+        let limits = SlipLimits { dynamic: [0.0; 2], fixed: [0.0; 2] };
+        let old = std::mem::take(&mut shaft.nodes);
+        shaft.nodes.extend(nodes.iter().map(|vertex| {
+            let known = old.iter().find(|node| node.vertex == vertex.0);
+            known.copied().unwrap_or(CouplingNode { vertex: vertex.0, state: SlipState::Static, limits, drag: 0.0 })
+        }));
+        if forward && !blocked && let Some(&tip) = nodes.last() {
+            self.place_vertex(tip, &world);
+        }
+        if forward {
+            self.check_disjoint(k)?;
+        }
+        Ok(TipMove { remeshed: true, blocked })
+    }
+
+    /// Where the tip is in the undeformed body, moved across by the bevel.
+    fn ahead(&mut self, k: usize, slip: f64) -> Result<Option<[f64; 3]>, InsertionError> {
+        let needle = &self.needles[k];
+        let world = needle.shaft.tip();
+        let Some(tip) = needle.shaft.nodes.last() else { return Ok(None) };
+        let positions = Displaced { points: self.mesh.points(), displacement: &self.state.u };
+        self.mesh.star(VertexId(tip.vertex), &mut self.star);
+        let left = || InsertionError::LeftTissue { needle: k, at: world };
+        let configuration = self.mesh.configuration(&positions).map_err(|_| left())?;
+        let Some(start) = self.star.first() else { return Err(left()) };
+        let Walk::Found(found) = configuration.walk(*start, world) else { return Err(left()) };
+        let corners = self.mesh.corners(found.cell);
+        let mut material: [f64; 3] =
+            std::array::from_fn(|i| (0..4).map(|c| found.barycentric[c] * corners[c][i]).sum());
+        let bevel = needle.settings.bevel;
+        if bevel != 0.0 {
+            needle.shaft.rod.frames(&needle.shaft.x, &needle.shaft.director, &mut self.frames);
+            if let Some(frame) = self.frames.last() {
+                (0..3).for_each(|i| material[i] += slip * bevel.tan() * frame[1][i]);
+            }
+        }
+        Ok(Some(material))
+    }
+
+    /// The point of the channel that is `slide` (m, of the deformed body) behind the tip, in the undeformed body; `None` where
+    /// the channel ends before.
+    fn behind(&self, k: usize, slide: f64) -> Option<[f64; 3]> {
+        let shaft = &self.needles[k].shaft;
+        let points = self.mesh.points();
+        let mut left = slide;
+        for pair in shaft.nodes.windows(2).rev() {
+            let (from, to) = (points[pair[1].vertex as usize], points[pair[0].vertex as usize]);
+            let place = |vertex: u32| -> [f64; 3] {
+                let (x, u) = (points[vertex as usize], triple(&self.state.u, vertex as usize));
+                std::array::from_fn(|i| x[i] + u[i])
+            };
+            let long = length(&difference(&place(pair[1].vertex), &place(pair[0].vertex)));
+            if left < long {
+                let part = left / long;
+                return Some(std::array::from_fn(|i| from[i] + part * (to[i] - from[i])));
+            }
+            left -= long;
+        }
+        None
+    }
+
+    /// Carries the fields, the body, the constraints and the weight across a change of the mesh.
+    pub(super) fn follow(&mut self, change: &MeshChange) -> Result<(), InsertionError> {
+        if change.is_empty() {
+            return Ok(());
+        }
+        for field in [&mut self.state.u, &mut self.state.v, &mut self.state.a] {
+            change.carry_field::<3>(field);
+            field.resize(3 * self.mesh.n_vertex_slots(), 0.0);
+            for removed in &change.removed {
+                set_triple(field, removed.index(), &[0.0; 3]);
+            }
+        }
+        self.subspace.resize(self.mesh.n_vertex_slots());
+        for birth in &change.vertices {
+            // What is born among held vertices is held; a vertex that moves keeps what holds it.
+            let moved = birth.origin.parents().any(|(parent, _)| parent == birth.vertex);
+            let held = birth.origin.parents().all(|(parent, _)| self.is_held(parent));
+            if !moved && self.born(change, birth.vertex) {
+                let constraint = if held { Constraint::Fixed } else { Constraint::Free };
+                let _ = self.subspace.set(birth.vertex.index(), constraint);
+            }
+        }
+        for removed in &change.removed {
+            let _ = self.subspace.set(removed.index(), Constraint::Fixed);
+        }
+        self.body.apply_change(&self.mesh, change)?;
+        self.weigh();
+        Ok(())
+    }
+
+    fn is_held(&self, vertex: VertexId) -> bool {
+        matches!(self.subspace.get(vertex.index()), Constraint::Fixed)
+    }
+
+    /// Whether a vertex of a change is new to the body: it had no mass before.
+    fn born(&self, _: &MeshChange, vertex: VertexId) -> bool {
+        self.body.lumped_mass().get(vertex.index()).is_none_or(|&mass| mass == 0.0)
+    }
+
+    fn place_vertex(&mut self, vertex: VertexId, world: &[f64; 3]) {
+        let x = self.mesh.point(vertex);
+        set_triple(&mut self.state.u, vertex.index(), &difference(world, &x));
+    }
+
+    /// A needle in the way of another by name, everything else as the remesher says.
+    fn shared(&self, k: usize, error: RemeshError) -> InsertionError {
+        match error {
+            RemeshError::SharedElement { other, cell, .. } => {
+                let other = self.needles.iter().position(|needle| needle.id.0 == other).unwrap_or(0);
+                InsertionError::SharedElement { needle: k, other, cell }
+            }
+            error => InsertionError::Remesh { needle: k, error },
+        }
+    }
+
+    /// Refuses a tip whose cells another needle touches.
+    fn check_disjoint(&mut self, k: usize) -> Result<(), InsertionError> {
+        if self.needles.len() < 2 {
+            return Ok(());
+        }
+        let Some(tip) = self.needles[k].shaft.nodes.last() else { return Ok(()) };
+        self.mesh.star(VertexId(tip.vertex), &mut self.star);
+        for &cell in &self.star {
+            for vertex in self.mesh.cell(cell) {
+                let touches = |needle: &super::Needle| needle.nodes().iter().any(|node| node.vertex == vertex.0);
+                let other = (0..self.needles.len()).find(|&other| other != k && touches(&self.needles[other]));
+                if let Some(other) = other {
+                    return Err(InsertionError::SharedElement { needle: k, other, cell: cell.0 });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The region of the tissue that lies from a vertex in a direction of the undeformed body.
+    pub(super) fn region_ahead(&mut self, vertex: u32, direction: &[f64; 3]) -> u32 {
+        self.mesh.star(VertexId(vertex), &mut self.star);
+        let x = self.mesh.point(VertexId(vertex));
+        let best = self.star.iter().copied().max_by(|&a, &b| {
+            depth_of(&self.mesh, a, &x, direction).total_cmp(&depth_of(&self.mesh, b, &x, direction))
+        });
+        best.map_or(0, |cell| self.mesh.region(cell))
+    }
+
+    /// The direction of the needle at a coupling node in the undeformed body, towards the tip.
+    pub(super) fn material_tangent(&self, k: usize, node: usize) -> [f64; 3] {
+        let shaft = &self.needles[k].shaft;
+        let point = |i: usize| self.mesh.point(VertexId(shaft.nodes[i].vertex));
+        match (node, shaft.nodes.len()) {
+            (_, 1) => shaft.tangent(shaft.n_nodes() - 1),
+            (node, q) if node + 1 < q => unit(&difference(&point(node + 1), &point(node))),
+            (node, _) => unit(&difference(&point(node), &point(node - 1))),
+        }
+    }
+}
+
+/// How deep within a cell the point a little ahead of `x` is: its least barycentric coordinate.
+fn depth_of(mesh: &SimplexMesh<3, 4>, cell: CellId, x: &[f64; 3], direction: &[f64; 3]) -> f64 {
+    let corners = mesh.corners(cell);
+    let ahead = AHEAD * mesh.longest_edge(cell);
+    let p = std::array::from_fn(|i| x[i] + ahead * direction[i]);
+    let lambda = stylet_mesh::geometry::barycentric(&corners, &p);
+    lambda.map_or(f64::NEG_INFINITY, |lambda| lambda.iter().copied().fold(f64::INFINITY, f64::min))
+}
+
+/// Makes the motion of a needle at its coupling nodes that of the tissue, but along itself.
+pub(super) fn agree(v: &mut [f64], node: usize, tissue: &[f64; 3], tangent: &[f64; 3]) {
+    let own = triple(v, node);
+    let along = inner(tangent, &own) - inner(tangent, tissue);
+    set_triple(v, node, &std::array::from_fn(|i| tissue[i] + along * tangent[i]));
+}
