@@ -7,6 +7,7 @@
 //! * [`body`]: elements and stiffness rows that follow a mesh change, as an energy for the solver; loads;
 //! * [`statics`]: equilibrium under dead loads, with load steps that adapt;
 //! * [`coupling`]: which nodes between a needle and the tissue stick, and which slip;
+//! * [`reparameterise`]: what a needle carries along its length, after its nodes have moved;
 //! * [`friction`]: stick-slip states of the nodes along a tool.
 //!
 //! ```
@@ -34,6 +35,7 @@ pub mod friction;
 pub mod lanes;
 pub mod material;
 mod parallel;
+pub mod reparameterise;
 mod small;
 pub mod statics;
 pub mod svd;

@@ -1,0 +1,2 @@
+mod interpolation;
+mod needle;
