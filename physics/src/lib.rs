@@ -6,6 +6,7 @@
 //!   strain, plane stress) and three;
 //! * [`body`]: elements and stiffness rows that follow a mesh change, as an energy for the solver; loads;
 //! * [`statics`]: equilibrium under dead loads, with load steps that adapt;
+//! * [`rod`]: discrete elastic rods;
 //! * [`friction`]: stick-slip states of the nodes along a tool.
 //!
 //! ```
@@ -32,6 +33,7 @@ pub mod friction;
 pub mod lanes;
 pub mod material;
 mod parallel;
+pub mod rod;
 mod small;
 pub mod statics;
 pub mod svd;
