@@ -8,6 +8,7 @@
 //! * [`statics`]: equilibrium under dead loads, with load steps that adapt;
 //! * [`coupling`]: which nodes between a needle and the tissue stick, and which slip;
 //! * [`reparameterise`]: what a needle carries along its length, after its nodes have moved;
+//! * [`rod`]: discrete elastic rods;
 //! * [`friction`]: stick-slip states of the nodes along a tool.
 //!
 //! ```
@@ -32,10 +33,12 @@ pub mod body;
 pub mod coupling;
 pub mod dynamics;
 pub mod friction;
+pub mod insertion;
 pub mod lanes;
 pub mod material;
 mod parallel;
 pub mod reparameterise;
+pub mod rod;
 mod small;
 pub mod statics;
 pub mod svd;

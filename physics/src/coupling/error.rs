@@ -21,7 +21,7 @@ pub enum CouplingError {
     },
     /// The coupled system has no solution.
     #[error(transparent)]
-    NullSpace(#[from] NullSpaceError),
+    NullSpace(NullSpaceError),
     /// Conjugate gradients ran out of iterations.
     #[error("the coupled system: residual {residual:e} N after {iterations} iterations, threshold {threshold:e} N")]
     IterationLimit {
@@ -38,8 +38,8 @@ pub enum CouplingError {
     /// The step was given up.
     #[error("{0}")]
     GivenUp(String),
-    /// A needle moved further along the tissue than the nodes beside allow for one step.
-    #[error("needle {needle} slides {slip:e} m past its node {node} in a step, more than the {reach:e} m that its edges allow")]
+    /// A needle slid further than the mesh allows for one step.
+    #[error("needle {needle} slides {slip:e} m past the tissue at its node {node} in a step, more than the {reach:e} m that the mesh allows")]
     Overrun {
         /// The needle.
         needle: usize,
@@ -58,4 +58,17 @@ pub enum CouplingError {
         /// What does not fit.
         what: &'static str,
     },
+}
+
+impl From<NullSpaceError> for CouplingError {
+    fn from(error: NullSpaceError) -> Self {
+        use stylet_solver::linear::CgError;
+        match error {
+            NullSpaceError::NotPositiveDefinite { .. }
+            | NullSpaceError::Cg(CgError::NotPositiveDefinite { .. } | CgError::PreconditionerNotPositive { .. }) => {
+                Self::Indefinite
+            }
+            error => Self::NullSpace(error),
+        }
+    }
 }

@@ -11,10 +11,18 @@
 //! along the tangent that points to the tip, a slip `s_i` is how far the needle moves past the tissue along it in a step.
 
 mod condensed;
+mod error;
 mod search;
+mod shaft;
 mod state;
+mod step;
+mod system;
 #[cfg(test)]
 mod tests;
 
+pub use error::CouplingError;
+pub(crate) use shaft::{difference, inner, length, set_triple, triple, unit};
+pub use shaft::{CouplingNode, Shaft, SleeveMotion};
+pub use step::{CoupledIntegrator, CoupledReport, CoupledSettings, CoupledTimes, ShaftEnd};
 pub use search::{SearchMethod, SearchReport, SearchSettings, SearchWorkspace, search};
 pub use state::{Answer, LimitsError, SlipLimits, SlipState, StickSlip, guess};

@@ -6,7 +6,7 @@
 //!                        accelerations -> end of the step, in the integrator, until it is taken
 //! ```
 
-use super::shaft::{SleeveMotion, difference, inner, length, set_triple, triple};
+use super::shaft::{SleeveMotion, difference, inner, set_triple, triple};
 use super::system::{Link, System, SystemVectors};
 use super::{
     Answer, CouplingError, SearchReport, SearchSettings, SearchWorkspace, Shaft, SlipLimits, SlipState, search,
@@ -19,7 +19,8 @@ use crate::dynamics::{Drive, DynamicsSettings, Integrator, Spent, StageTimes, St
 use crate::material::Hyperelastic;
 use crate::rod::Tangent;
 use std::time::Instant;
-use stylet_solver::linear::{Attachment, CgWorkspace, NullSpace, NullSpaceError, NullSpaceWorkspace};
+use stylet_solver::energy::Energy;
+use stylet_solver::linear::{Attachment, CgWorkspace, NullSpace, NullSpaceWorkspace};
 use stylet_solver::sparse::BlockCsr;
 use stylet_solver::subspace::{Constraint, Subspace};
 use stylet_solver::team::Team;
@@ -33,9 +34,11 @@ pub struct CoupledSettings {
     pub search: SearchSettings,
     /// The matrix of the rods.
     pub tangent: Tangent,
-    /// A needle may slide past the tissue by this part of the shorter edge at a node in one step; more is
+    /// How far a needle may slide past the tissue in one step, m, a part of the edges of the mesh; more is
     /// [`CouplingError::Overrun`].
     pub reach: f64,
+    /// Acceleration of gravity that acts on the needles, m/s^2.
+    pub gravity: [f64; 3],
 }
 
 /// Where the time of coupled steps goes, beside that of the tissue's own stages.
@@ -170,7 +173,7 @@ impl CoupledIntegrator {
         body: &mut Body<3, 4, M>,
         subspace: &Subspace<3>,
         drive: &mut dyn FnMut(f64, &mut Drive),
-        (state, needles): (&State, &[Shaft]),
+        (state, needles): (&State, &mut [Shaft]),
         sleeves: &[SleeveMotion],
         h: f64,
     ) -> Result<CoupledReport, CouplingError> {
@@ -187,7 +190,7 @@ impl CoupledIntegrator {
             self.tissue.times.linearize.add(since);
             report.elements_updated = attempt.body.elements_updated() as u64;
         }
-        let first = self.solve(&mut attempt, (state, needles), sleeves, &c, &mut report);
+        let first = self.solve(&mut attempt, (state, &mut *needles), sleeves, &c, &mut report);
         let indefinite = matches!(first, Err(CouplingError::Indefinite));
         if !indefinite || M::IS_LINEAR || attempt.body.is_projected() {
             first?;
@@ -195,7 +198,7 @@ impl CoupledIntegrator {
             // As in steps of the tissue alone: the nearest semidefinite tangents.
             attempt.body.set_projection(true);
             attempt.predict(&mut self.tissue, &c);
-            let second = self.solve(&mut attempt, (state, needles), sleeves, &c, &mut report);
+            let second = self.solve(&mut attempt, (state, &mut *needles), sleeves, &c, &mut report);
             attempt.body.set_projection(false);
             second?;
         }
@@ -233,7 +236,7 @@ impl CoupledIntegrator {
     fn solve<M: Hyperelastic<3>>(
         &mut self,
         attempt: &mut Attempt<'_, 3, 4, M>,
-        (state, needles): (&State, &[Shaft]),
+        (state, needles): (&State, &mut [Shaft]),
         sleeves: &[SleeveMotion],
         c: &Coefficients,
         report: &mut CoupledReport,
@@ -249,7 +252,7 @@ impl CoupledIntegrator {
         }
         let free = vec![Constraint::Free; small.n_rows()];
         let it = &mut self.tissue;
-        let mut form = NullSpace::new(&it.matrix.matrix, attempt.subspace, small, attachments, &free).map_err(indefinite)?;
+        let mut form = NullSpace::new(&it.matrix.matrix, attempt.subspace, small, attachments, &free)?;
         self.vectors.start.clone_from(&it.a);
         for (node, value) in self.vectors.start.as_chunks_mut::<3>().0.iter_mut().enumerate() {
             let own = attempt.subspace.get(node).project(*value);
@@ -286,7 +289,7 @@ impl CoupledIntegrator {
     /// Matrix of all needle nodes but those in sleeves, `M + cv D + cx K`, and their right sides.
     fn needles_system(
         &mut self,
-        needles: &[Shaft],
+        needles: &mut [Shaft],
         sleeves: &[SleeveMotion],
         c: &Coefficients,
     ) -> Result<BlockCsr<3>, CouplingError> {
@@ -307,10 +310,10 @@ impl CoupledIntegrator {
         self.vectors.x_small.clear();
         self.vectors.x_small.resize(3 * n_small, 0.0);
         let mut first = 0;
-        for (k, (needle, sleeve)) in needles.iter().zip(sleeves).enumerate() {
+        for (k, (needle, sleeve)) in needles.iter_mut().zip(sleeves).enumerate() {
             let system = &mut self.rods[k];
             system.first = first;
-            system.evaluate(needle, sleeve, self.settings.tangent, c);
+            system.evaluate(needle, sleeve, &self.settings, c);
             system
                 .add_to(needle, c, &mut small, &mut b[3 * first..3 * (first + needle.n_nodes() - 2)])
                 .map_err(|_| CouplingError::Shape { needle: k, what: "its matrix does not fit" })?;
@@ -369,7 +372,7 @@ impl CoupledIntegrator {
             end.slips.extend_from_slice(&self.answer.slip[seen..seen + q]);
             seen += q;
             for (node, &slip) in (needle.entry()..).zip(&end.slips) {
-                let reach = self.settings.reach * shorter_edge(needle, node);
+                let reach = self.settings.reach;
                 if slip.abs() > reach {
                     return Err(CouplingError::Overrun { needle: k, node, slip, reach });
                 }
@@ -380,12 +383,16 @@ impl CoupledIntegrator {
 }
 
 impl RodSystem {
-    fn evaluate(&mut self, needle: &Shaft, sleeve: &SleeveMotion, tangent: Tangent, c: &Coefficients) {
+    fn evaluate(&mut self, needle: &mut Shaft, sleeve: &SleeveMotion, settings: &CoupledSettings, c: &Coefficients) {
         let n = needle.n_nodes();
         self.force.clear();
         self.force.resize(3 * n, 0.0);
         needle.rod.add_force(&needle.x, &needle.director, &mut self.force);
-        needle.rod.tangent(&needle.x, &needle.director, tangent, &mut self.tangent);
+        for node in 0..n {
+            let mass = needle.rod.node_mass(node);
+            (0..3).for_each(|k| self.force[3 * node + k] += mass * settings.gravity[k]);
+        }
+        needle.rod.tangent(&needle.x, &needle.director, settings.tangent, false, &mut self.tangent);
         self.p.clear();
         self.p.extend((0..3 * n).map(|i| c.h * needle.v[i] + c.u_a0 * needle.a[i]));
         self.v_hat.clear();
@@ -490,12 +497,6 @@ fn cross(p: &[f64; 3], q: &[f64; 3]) -> [f64; 3] {
     [p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]]
 }
 
-/// The shorter of the edges that meet at a node, m.
-fn shorter_edge(needle: &Shaft, node: usize) -> f64 {
-    let edge = |from: usize| length(&difference(&needle.place(from + 1), &needle.place(from)));
-    if node + 1 < needle.n_nodes() { edge(node - 1).min(edge(node)) } else { edge(node - 1) }
-}
-
 fn check(needles: &[Shaft], sleeves: &[SleeveMotion]) -> Result<(), CouplingError> {
     for (k, needle) in needles.iter().enumerate() {
         let refuse = |what| Err(CouplingError::Shape { needle: k, what });
@@ -525,8 +526,4 @@ fn setback(error: Setback) -> CouplingError {
         Setback::Curable(reason) => CouplingError::GivenUp(reason),
         Setback::Final(error) => error.into(),
     }
-}
-
-fn indefinite(error: NullSpaceError) -> CouplingError {
-    error.into()
 }

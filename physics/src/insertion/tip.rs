@@ -4,7 +4,7 @@ use super::entry::{Contact, contact};
 use super::{Insertion, InsertionError};
 use crate::coupling::{CouplingNode, SlipLimits, SlipState, difference, inner, length, set_triple, triple, unit};
 use crate::material::Hyperelastic;
-use stylet_mesh::locate::{Displaced, Walk};
+use stylet_mesh::{Displaced, Walk};
 use stylet_mesh::remesh::{Motion, Outcome, RemeshError};
 use stylet_mesh::{CellId, MeshChange, SimplexMesh, VertexId};
 use stylet_solver::subspace::Constraint;

@@ -18,6 +18,7 @@ mod material_points;
 mod patch;
 mod plane_stress;
 mod regions;
+mod rod_derivatives;
 mod slab_load;
 mod solid_loads;
 mod stability;
