@@ -39,7 +39,9 @@ pub enum CouplingError {
     #[error("{0}")]
     GivenUp(String),
     /// A needle slid further than the mesh allows for one step.
-    #[error("needle {needle} slides {slip:e} m past the tissue at its node {node} in a step, more than the {reach:e} m that the mesh allows")]
+    #[error(
+        "needle {needle} slides {slip:e} m past the tissue at its node {node} in a step, more than the {reach:e} m that the mesh allows"
+    )]
     Overrun {
         /// The needle.
         needle: usize,

@@ -21,8 +21,8 @@ mod system;
 mod tests;
 
 pub use error::CouplingError;
-pub(crate) use shaft::{difference, inner, length, set_triple, triple, unit};
-pub use shaft::{CouplingNode, Shaft, SleeveMotion};
-pub use step::{CoupledIntegrator, CoupledReport, CoupledSettings, CoupledTimes, ShaftEnd};
 pub use search::{SearchMethod, SearchReport, SearchSettings, SearchWorkspace, search};
+pub use shaft::{CouplingNode, Shaft, SleeveMotion};
+pub(crate) use shaft::{difference, inner, length, set_triple, triple, unit};
 pub use state::{Answer, LimitsError, SlipLimits, SlipState, StickSlip, guess};
+pub use step::{CoupledIntegrator, CoupledReport, CoupledSettings, CoupledTimes, ShaftEnd};

@@ -15,7 +15,7 @@ use crate::body::Body;
 use crate::dynamics::attempt::{Attempt, Unsolved};
 use crate::dynamics::error::Setback;
 use crate::dynamics::scheme::Coefficients;
-use crate::dynamics::{Drive, DynamicsSettings, Integrator, Spent, StageTimes, State, StepPreconditioner};
+use crate::dynamics::{Drive, DynamicsSettings, Integrator, Scheme, Spent, StageTimes, State, StepPreconditioner};
 use crate::material::Hyperelastic;
 use crate::rod::Tangent;
 use std::time::Instant;
@@ -34,6 +34,9 @@ pub struct CoupledSettings {
     pub search: SearchSettings,
     /// The matrix of the rods.
     pub tangent: Tangent,
+    /// How rods move: their places are prescribed by what cannot be stretched, which the trapezoid rule answers by
+    /// velocities that change sign with every step. Published as that of the tissue.
+    pub needle_scheme: Scheme,
     /// How far a needle may slide past the tissue in one step, m, a part of the edges of the mesh; more is
     /// [`CouplingError::Overrun`].
     pub reach: f64,
@@ -112,6 +115,8 @@ struct RodSystem {
     v_hat: Vec<f64>,
     /// Its first node (node 2) in the small body.
     first: usize,
+    /// Its own scheme. The unknowns of the system are accelerations as the scheme of the tissue has them: `x1 = x^ + cx z`.
+    own: Option<Coefficients>,
 }
 
 impl CoupledIntegrator {
@@ -272,14 +277,13 @@ impl CoupledIntegrator {
             vectors: &mut self.vectors,
             ws: &mut self.ws,
             cx: c.cx,
-            cv: c.cv,
+            scale: 0.0,
             round_floor,
             max_iterations: self.settings.dynamics.max_inner_iterations,
             residual: 0.0,
             threshold: 0.0,
         };
-        let found =
-            search(&mut system, &mut self.states, &self.settings.search, &mut self.search, &mut self.answer);
+        let found = search(&mut system, &mut self.states, &self.settings.search, &mut self.search, &mut self.answer);
         report.search = found?;
         (report.residual, report.threshold) = (system.residual, system.threshold);
         self.times.search.add(since);
@@ -300,6 +304,7 @@ impl CoupledIntegrator {
                 p: Vec::new(),
                 v_hat: Vec::new(),
                 first: 0,
+                own: None,
             });
         }
         let n_small: usize = needles.iter().map(|needle| needle.n_nodes() - 2).sum();
@@ -335,14 +340,13 @@ impl CoupledIntegrator {
                 let (tangent, small) = (needle.tangent(node), rod.first + node - 2);
                 let p_tissue = difference(&triple(&self.tissue.u_hat, vertex), &triple(&state.u, vertex));
                 let lag = difference(&p_tissue, &triple(&rod.p, node));
-                let v_lag = difference(&triple(&rod.v_hat, node), &triple(&self.tissue.v_hat, vertex));
                 set_triple(offsets, small, &lag.map(|p| p / c.cx));
                 self.links.push(Link {
                     small,
                     vertex,
                     tangent,
-                    drag: coupled.drag,
-                    drag_force: coupled.drag * inner(&tangent, &v_lag),
+                    // By the speed of the sliding in this step: velocities at its end may ring.
+                    drag: coupled.drag / c.h,
                     slip: -inner(&tangent, &lag),
                 });
                 self.limits.push(coupled.limits);
@@ -393,10 +397,12 @@ impl RodSystem {
             (0..3).for_each(|k| self.force[3 * node + k] += mass * settings.gravity[k]);
         }
         needle.rod.tangent(&needle.x, &needle.director, settings.tangent, false, &mut self.tangent);
+        let own = settings.needle_scheme.coefficients(c.h);
+        self.own = Some(own);
         self.p.clear();
-        self.p.extend((0..3 * n).map(|i| c.h * needle.v[i] + c.u_a0 * needle.a[i]));
+        self.p.extend((0..3 * n).map(|i| own.h * needle.v[i] + own.u_a0 * needle.a[i]));
         self.v_hat.clear();
-        self.v_hat.extend((0..3 * n).map(|i| needle.v[i] + c.v_a0 * needle.a[i]));
+        self.v_hat.extend((0..3 * n).map(|i| needle.v[i] + own.v_a0 * needle.a[i]));
         for (node, place) in sleeve.place.iter().enumerate() {
             set_triple(&mut self.p, node, &difference(place, &needle.place(node)));
             set_triple(&mut self.v_hat, node, &sleeve.velocity);
@@ -423,7 +429,7 @@ impl RodSystem {
         small: &mut BlockCsr<3>,
         b: &mut [f64],
     ) -> Result<(), stylet_solver::sparse::SparseError> {
-        let stiffness = c.cx + c.cv * needle.damping;
+        let (stiffness, inertia) = self.weights(needle, c);
         let (mut row_columns, mut row_blocks) = (Vec::with_capacity(5), Vec::with_capacity(5));
         for node in 2..needle.n_nodes() {
             row_columns.clear();
@@ -432,7 +438,7 @@ impl RodSystem {
             for (&j, block) in columns.iter().zip(blocks).filter(|(j, _)| **j >= 2) {
                 let mut block = block.map(|row| row.map(|k| stiffness * k));
                 if j as usize == node {
-                    (0..3).for_each(|k| block[k][k] += needle.rod.node_mass(node));
+                    (0..3).for_each(|k| block[k][k] += inertia * needle.rod.node_mass(node));
                 }
                 row_columns.push((self.first + j as usize - 2) as u32);
                 row_blocks.push(block);
@@ -441,6 +447,12 @@ impl RodSystem {
             set_triple(b, node - 2, &self.side(node, needle.damping));
         }
         Ok(())
+    }
+
+    /// Factors of stiffness and mass in the system.
+    fn weights(&self, needle: &Shaft, c: &Coefficients) -> (f64, f64) {
+        let own = self.own.unwrap_or(*c);
+        (c.cx * (1.0 + needle.damping * own.cv / own.cx), c.cx / own.cx)
     }
 
     fn end(
@@ -463,17 +475,17 @@ impl RodSystem {
             set_triple(&mut end.v, node, &sleeve.velocity);
             set_triple(&mut end.a, node, &difference(&sleeve.velocity, &before).map(|v| v / h));
         }
+        let (own, (stiffness, inertia)) = (self.own.unwrap_or(*c), self.weights(needle, c));
         for node in 2..n {
-            let a = triple(x_small, self.first + node - 2);
-            for (k, a) in a.iter().enumerate() {
-                let i = 3 * node + k;
-                end.x[i] = needle.x[i] + self.p[i] + c.cx * a;
-                end.v[i] = self.v_hat[i] + c.cv * a;
-                end.a[i] = *a;
+            let z = triple(x_small, self.first + node - 2);
+            for (k, z) in z.iter().enumerate() {
+                let (i, a) = (3 * node + k, inertia * z);
+                end.x[i] = needle.x[i] + self.p[i] + c.cx * z;
+                end.v[i] = self.v_hat[i] + own.cv * a;
+                end.a[i] = a;
             }
         }
         // What holds the nodes in the sleeve: M a − (f − K (p + cx a) − D (v^ + cv a)).
-        let stiffness = c.cx + c.cv * needle.damping;
         let mut forces = [[0.0; 3]; 2];
         for (node, force) in forces.iter_mut().enumerate() {
             let (side, acceleration) = (self.side(node, needle.damping), triple(&end.a, node));
@@ -481,9 +493,9 @@ impl RodSystem {
             *force = std::array::from_fn(|k| mass * acceleration[k] - side[k]);
             let (columns, blocks) = self.tangent.row(node);
             for (&j, block) in columns.iter().zip(blocks).filter(|(j, _)| **j >= 2) {
-                let a = triple(&end.a, j as usize);
+                let z = triple(x_small, self.first + j as usize - 2);
                 for (force, row) in force.iter_mut().zip(block) {
-                    *force += stiffness * inner(row, &a);
+                    *force += stiffness * inner(row, &z);
                 }
             }
         }

@@ -8,7 +8,7 @@
 use super::shaft::{inner, set_triple, triple};
 use super::{Answer, CouplingError, SlipLimits, SlipState, StickSlip};
 use crate::dynamics::StepPreconditioner;
-use stylet_solver::linear::{CgSettings, NullSpace, NullSpaceWorkspace, null_space_cg};
+use stylet_solver::linear::{CgSettings, NullSpace, NullSpaceWorkspace, null_space_cg, null_space_start};
 use stylet_solver::sparse::Frozen;
 use stylet_solver::stop::{Criterion, Stop, StopRule};
 use stylet_solver::subspace::Constraint;
@@ -20,9 +20,8 @@ pub(super) struct Link {
     pub small: usize,
     pub vertex: usize,
     pub tangent: [f64; 3],
-    /// Viscous friction, N s/m, and what of it the velocities at the start of the step make, N along `t` on the tissue.
+    /// Viscous friction by sliding in the step, N/m.
     pub drag: f64,
-    pub drag_force: f64,
     /// Sliding that the accelerations at the start of the step would make, m.
     pub slip: f64,
 }
@@ -55,8 +54,8 @@ pub(super) struct System<'s> {
     pub vectors: &'s mut SystemVectors,
     pub ws: &'s mut NullSpaceWorkspace,
     pub cx: f64,
-    pub cv: f64,
     pub round_floor: f64,
+    pub scale: f64,
     pub max_iterations: usize,
     pub residual: f64,
     pub threshold: f64,
@@ -72,8 +71,9 @@ impl System<'_> {
         resistance.clear();
         resistance.resize(n_small, 0.0);
         for (link, state) in self.links.iter().zip(states) {
-            free[link.small] = if *state == SlipState::Static { Constraint::Fixed } else { Constraint::Line(link.tangent) };
-            resistance[link.small] = if *state == SlipState::Static { 0.0 } else { self.cv * link.drag };
+            free[link.small] =
+                if *state == SlipState::Static { Constraint::Fixed } else { Constraint::Line(link.tangent) };
+            resistance[link.small] = if *state == SlipState::Static { 0.0 } else { self.cx * link.drag };
         }
         self.form.set_motions(free, resistance)?;
         Ok(())
@@ -95,9 +95,19 @@ impl System<'_> {
         }
     }
 
+    /// Begins with what the stiff needle does to the tissue beside it: that is the scale of tolerances from then on.
+    fn begin(&mut self) -> Result<(), CouplingError> {
+        let SystemVectors { big_side, small_side, offsets, x_small, .. } = &mut *self.vectors;
+        let b = (&big_side[..], &small_side[..], &offsets[..]);
+        self.scale = null_space_start(self.form, self.a, b, (&mut *self.x, x_small), self.ws)?;
+        Ok(())
+    }
+
     fn cg(&mut self, tolerance: f64) -> Result<usize, CouplingError> {
         let SystemVectors { big_side, small_side, offsets, x_small, .. } = &mut *self.vectors;
-        let stop = StopRule { tolerance, criterion: Criterion::External, round_floor: self.round_floor };
+        // The right side does not count: it moves a stiff body, with forces that no one will ever feel.
+        let round_floor = self.round_floor + tolerance * self.scale;
+        let stop = StopRule { tolerance: f64::MIN_POSITIVE, criterion: Criterion::External, round_floor };
         let settings = CgSettings { stop, max_iterations: self.max_iterations };
         let b = (&big_side[..], &small_side[..], &offsets[..]);
         let solved = null_space_cg(self.form, self.a, self.m, b, (&mut *self.x, x_small), &settings, self.ws)?;
@@ -137,11 +147,12 @@ impl StickSlip for System<'_> {
         let (links, limits) = (self.links, self.limits);
         self.set_sides(|k| match states[k] {
             SlipState::Static => 0.0,
-            state => limits[k].slipping(state) + links[k].drag_force,
+            state => limits[k].slipping(state) + links[k].drag * links[k].slip,
         });
         if fresh {
             self.x.copy_from_slice(&self.vectors.start);
             self.vectors.x_small.fill(0.0);
+            self.begin()?;
         }
         let iterations = self.cg(tolerance)?;
         let SystemVectors { small_side, x_small, forces, .. } = &mut *self.vectors;
@@ -165,7 +176,7 @@ impl StickSlip for System<'_> {
         let links = self.links;
         self.set_states(&vec![SlipState::Forward; q])?;
         let (x, x_small) = (self.x.clone(), self.vectors.x_small.clone());
-        self.set_sides(|k| links[k].drag_force);
+        self.set_sides(|k| links[k].drag * links[k].slip);
         let mut iterations = self.cg(tolerance)?;
         free_slip.clear();
         free_slip.extend(links.iter().map(|link| self.slip(link)));
@@ -173,7 +184,7 @@ impl StickSlip for System<'_> {
         w.resize(q * q, 0.0);
         // One column each: the answer to a unit of friction at one node, all else zero.
         let (b_small, offsets) = (self.vectors.b_small.clone(), self.vectors.offsets.clone());
-        let (floor, b) = (std::mem::replace(&mut self.round_floor, 0.0), self.b);
+        let (floor, scale, b) = (std::mem::replace(&mut self.round_floor, 0.0), self.scale, self.b);
         let zero = vec![0.0; b.len()];
         self.b = &[];
         for k in 0..q {
@@ -182,6 +193,7 @@ impl StickSlip for System<'_> {
             self.x.copy_from_slice(&zero);
             self.vectors.x_small.fill(0.0);
             self.set_unit_sides(&zero, k);
+            self.begin()?;
             iterations += self.cg(tolerance)?;
             for (i, link) in links.iter().enumerate() {
                 let unit = Link { slip: 0.0, ..*link };
@@ -190,7 +202,7 @@ impl StickSlip for System<'_> {
         }
         symmetrise(w, q);
         self.b = b;
-        self.round_floor = floor;
+        (self.round_floor, self.scale) = (floor, scale);
         self.vectors.b_small = b_small;
         self.vectors.offsets = offsets;
         *self.x = x;

@@ -92,7 +92,9 @@ pub enum InsertionError {
         length: f64,
     },
     /// Two needles share an element.
-    #[error("needles {needle} and {other} share cell {cell}: they must be in disjoint elements, or be withdrawn in reverse order")]
+    #[error(
+        "needles {needle} and {other} share cell {cell}: they must be in disjoint elements, or be withdrawn in reverse order"
+    )]
     SharedElement {
         /// The needle that moved.
         needle: usize,

@@ -25,9 +25,7 @@ pub use needle::{BaseMotion, Needle, NeedleSettings};
 pub use report::{InsertionReport, InsertionTimes};
 
 use crate::body::Body;
-use crate::coupling::{
-    CoupledIntegrator, CoupledSettings, CouplingError, SleeveMotion, SlipLimits, SlipState, triple,
-};
+use crate::coupling::{CoupledIntegrator, CoupledSettings, CouplingError, SleeveMotion, SlipLimits, SlipState, triple};
 use crate::dynamics::{Drive, DynamicsError, State};
 use crate::material::Hyperelastic;
 use crate::reparameterise::{Profile, adapt};
@@ -355,7 +353,7 @@ impl<M: Hyperelastic<3>> Insertion<M> {
 
     fn weigh(&mut self) {
         self.load.clear();
-        self.load.resize(3 * self.mesh.n_vertex_slots(), 0.0);
+        self.load.resize(3 * self.body.n_vertices(), 0.0);
         if self.gravity != [0.0; 3] {
             self.body.add_gravity(&self.gravity, &mut self.load);
         }
@@ -424,4 +422,3 @@ fn profile(needle: &Needle) -> Profile {
         states: shaft.nodes.iter().map(|node| node.state).collect(),
     }
 }
-

@@ -41,7 +41,8 @@ impl NeedleSettings {
     /// [`InsertionError::Rod`] does not occur; it is that of the rod's own check.
     pub fn nitinol(base: [f64; 3], direction: [f64; 3]) -> Result<Self, InsertionError> {
         let diameter = 0.83e-3;
-        let stiffness = RodStiffness::round(60e9, 0.33, diameter).map_err(|error| InsertionError::Rod { needle: 0, error })?;
+        let stiffness =
+            RodStiffness::round(60e9, 0.33, diameter).map_err(|error| InsertionError::Rod { needle: 0, error })?;
         let bevel_direction = if direction[2].abs() < 0.9 { [0.0, 0.0, 1.0] } else { [0.0, 1.0, 0.0] };
         Ok(Self {
             stiffness,

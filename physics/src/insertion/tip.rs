@@ -4,9 +4,9 @@ use super::entry::{Contact, contact};
 use super::{Insertion, InsertionError};
 use crate::coupling::{CouplingNode, SlipLimits, SlipState, difference, inner, length, set_triple, triple, unit};
 use crate::material::Hyperelastic;
-use stylet_mesh::{Displaced, Walk};
 use stylet_mesh::remesh::{Motion, Outcome, RemeshError};
 use stylet_mesh::{CellId, MeshChange, SimplexMesh, VertexId};
+use stylet_mesh::{Displaced, Walk};
 use stylet_solver::subspace::Constraint;
 
 /// How far before the skin a needle waits for its entry, in edges; any small number does.
@@ -82,7 +82,10 @@ impl<M: Hyperelastic<3>> Insertion<M> {
             let known = old.iter().find(|node| node.vertex == vertex.0);
             known.copied().unwrap_or(CouplingNode { vertex: vertex.0, state: SlipState::Static, limits, drag: 0.0 })
         }));
-        if forward && !blocked && let Some(&tip) = nodes.last() {
+        if forward
+            && !blocked
+            && let Some(&tip) = nodes.last()
+        {
             self.place_vertex(tip, &world);
         }
         if forward {
@@ -142,14 +145,16 @@ impl<M: Hyperelastic<3>> Insertion<M> {
         if change.is_empty() {
             return Ok(());
         }
+        // The body keeps rows of vertices that are gone; so do the fields.
+        let n = self.mesh.n_vertex_slots().max(self.body.n_vertices());
         for field in [&mut self.state.u, &mut self.state.v, &mut self.state.a] {
             change.carry_field::<3>(field);
-            field.resize(3 * self.mesh.n_vertex_slots(), 0.0);
-            for removed in &change.removed {
+            field.resize(3 * n, 0.0);
+            for removed in change.removed.iter().filter(|removed| removed.index() < n) {
                 set_triple(field, removed.index(), &[0.0; 3]);
             }
         }
-        self.subspace.resize(self.mesh.n_vertex_slots());
+        self.subspace.resize(n);
         for birth in &change.vertices {
             // What is born among held vertices is held; a vertex that moves keeps what holds it.
             let moved = birth.origin.parents().any(|(parent, _)| parent == birth.vertex);
@@ -159,7 +164,7 @@ impl<M: Hyperelastic<3>> Insertion<M> {
                 let _ = self.subspace.set(birth.vertex.index(), constraint);
             }
         }
-        for removed in &change.removed {
+        for removed in change.removed.iter().filter(|removed| removed.index() < n) {
             let _ = self.subspace.set(removed.index(), Constraint::Fixed);
         }
         self.body.apply_change(&self.mesh, change)?;
@@ -215,9 +220,10 @@ impl<M: Hyperelastic<3>> Insertion<M> {
     pub(super) fn region_ahead(&mut self, vertex: u32, direction: &[f64; 3]) -> u32 {
         self.mesh.star(VertexId(vertex), &mut self.star);
         let x = self.mesh.point(VertexId(vertex));
-        let best = self.star.iter().copied().max_by(|&a, &b| {
-            depth_of(&self.mesh, a, &x, direction).total_cmp(&depth_of(&self.mesh, b, &x, direction))
-        });
+        let best =
+            self.star.iter().copied().max_by(|&a, &b| {
+                depth_of(&self.mesh, a, &x, direction).total_cmp(&depth_of(&self.mesh, b, &x, direction))
+            });
         best.map_or(0, |cell| self.mesh.region(cell))
     }
 

@@ -110,6 +110,10 @@ impl CgWorkspace {
         Self { team: team.clone(), ..Self::default() }
     }
 
+    pub(super) fn team(&self) -> &Team {
+        &self.team
+    }
+
     /// `b − A x` of the last solve that returned a report, unprojected: at a constrained node its complement is the
     /// negative of the force that holds the node.
     #[must_use]

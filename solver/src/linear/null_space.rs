@@ -23,11 +23,11 @@ use super::krylov::{VectorError, check_length, finite};
 use super::{CgError, CgReport, CgSettings, CgWorkspace, projected_cg};
 use crate::LinearOperator;
 use crate::dense::NotPositiveDefinite;
-use crate::precondition::Preconditioner;
+use crate::precondition::{Identity, Preconditioner};
 use crate::sparse::BlockCsr;
 use crate::subspace::{Constraint, Subspace, SubspaceError};
 use crate::team::Team;
-use crate::vector::norm2;
+use crate::vector::{self, norm2};
 use block::CoupledBlock;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -268,6 +268,57 @@ impl<const B: usize> NullSpace<B> {
         })
     }
 
+    /// Sizes the vectors, and leaves the right side `(b, 0) + Tᵀ(b' − N g)` and the start in them; returns the big body's length.
+    fn prepare(
+        &self,
+        a: &(impl LinearOperator + ?Sized),
+        (b_big, b_small, g): (&[f64], &[f64], &[f64]),
+        (x_big, x_small): (&[f64], &[f64]),
+        ws: &mut NullSpaceWorkspace,
+    ) -> Result<usize, NullSpaceError> {
+        let (n, n_small) = (B * self.n_big, B * self.small.n_rows());
+        check_length("the operator", a.dim(), n)?;
+        for (what, v, expected) in [
+            ("b of the big body", b_big, n),
+            ("b of the small body", b_small, n_small),
+            ("the offsets", g, n_small),
+            ("x of the big body", x_big, n),
+            ("x of the small body", x_small, n_small),
+        ] {
+            check_length(what, v.len(), expected)?;
+            finite(norm2(v), what, v, 0)?;
+        }
+        let NullSpaceWorkspace { z, right_side, scratch, .. } = ws;
+        z.resize(n + n_small, 0.0);
+        right_side.resize(n + n_small, 0.0);
+        let buffers = scratch.get_mut().unwrap_or_else(PoisonError::into_inner);
+        for (v, len) in [
+            (&mut buffers.place, n_small),
+            (&mut buffers.force, n_small),
+            (&mut buffers.rest, n),
+            (&mut buffers.block, self.block.most_dofs()),
+        ] {
+            v.resize(len, 0.0);
+        }
+
+        // Right side.
+        z.fill(0.0);
+        self.place(z, Some(g), &mut buffers.place);
+        self.small.apply(&buffers.place, &mut buffers.force);
+        for (f, b) in buffers.force.iter_mut().zip(b_small) {
+            *f = b - *f;
+        }
+        right_side[..n].copy_from_slice(b_big);
+        self.spread(&buffers.force, right_side);
+
+        // Start: the small body's own part of its place.
+        z[..n].copy_from_slice(x_big);
+        for (node, (z, x)) in z[n..].as_chunks_mut::<B>().0.iter_mut().zip(x_small.as_chunks::<B>().0).enumerate() {
+            *z = self.free(node).project(*x);
+        }
+        Ok(n)
+    }
+
     /// `x ← T (u, s)`, plus the tied part of `g` where there is one.
     fn place(&self, z: &[f64], g: Option<&[f64]>, x: &mut [f64]) {
         let z = z.as_chunks::<B>().0;
@@ -340,51 +391,49 @@ pub fn null_space_cg<const B: usize>(
     settings: &CgSettings,
     ws: &mut NullSpaceWorkspace,
 ) -> Result<CgReport, NullSpaceError> {
-    let (n, n_small) = (B * form.n_big, B * form.small.n_rows());
-    check_length("the operator", a.dim(), n)?;
-    for (what, v, expected) in [
-        ("b of the big body", b_big, n),
-        ("b of the small body", b_small, n_small),
-        ("the offsets", g, n_small),
-        ("x of the big body", &*x_big, n),
-        ("x of the small body", &*x_small, n_small),
-    ] {
-        check_length(what, v.len(), expected)?;
-        finite(norm2(v), what, v, 0)?;
-    }
+    let n = form.prepare(a, (b_big, b_small, g), (&*x_big, &*x_small), ws)?;
     let NullSpaceWorkspace { cg, z, right_side, scratch } = ws;
-    z.resize(n + n_small, 0.0);
-    right_side.resize(n + n_small, 0.0);
-    let buffers = scratch.get_mut().unwrap_or_else(PoisonError::into_inner);
-    for (v, len) in [
-        (&mut buffers.place, n_small),
-        (&mut buffers.force, n_small),
-        (&mut buffers.rest, n),
-        (&mut buffers.block, form.block.most_dofs()),
-    ] {
-        v.resize(len, 0.0);
-    }
-
-    // Right side (b, 0) + Tᵀ(b' − N g).
-    z.fill(0.0);
-    form.place(z, Some(g), &mut buffers.place);
-    form.small.apply(&buffers.place, &mut buffers.force);
-    for (f, b) in buffers.force.iter_mut().zip(b_small) {
-        *f = b - *f;
-    }
-    right_side[..n].copy_from_slice(b_big);
-    form.spread(&buffers.force, right_side);
-
-    // Start: the small body's own part of its place.
-    z[..n].copy_from_slice(x_big);
-    for (node, (z, x)) in z[n..].as_chunks_mut::<B>().0.iter_mut().zip(x_small.as_chunks::<B>().0).enumerate() {
-        *z = form.free(node).project(*x);
-    }
     let coupled = Coupled { form, a, m, scratch };
     let report = projected_cg(&coupled, &coupled, &form.w, right_side, z, settings, cg);
     x_big.copy_from_slice(&z[..n]);
     form.place(z, Some(g), x_small);
     Ok(report?)
+}
+
+/// Solves for the unknowns of the exact block alone, the others held at the start, and returns the norm of the forces that are
+/// then left on the big body: a start for [`null_space_cg`], whose arguments these are, and a scale for its tolerance. The right
+/// side is none: what prescribes the place of a stiff body is a force by its stiffness.
+///
+/// # Errors
+/// See [`NullSpaceError`].
+pub fn null_space_start<const B: usize>(
+    form: &NullSpace<B>,
+    a: &(impl LinearOperator + ?Sized),
+    (b_big, b_small, g): (&[f64], &[f64], &[f64]),
+    (x_big, x_small): (&mut [f64], &mut [f64]),
+    ws: &mut NullSpaceWorkspace,
+) -> Result<f64, NullSpaceError> {
+    let n = form.prepare(a, (b_big, b_small, g), (&*x_big, &*x_small), ws)?;
+    let NullSpaceWorkspace { cg, z, right_side, scratch } = ws;
+    let coupled = Coupled { form, a, m: &Identity, scratch };
+    let mut residual = vec![0.0; z.len()];
+    let mut move_ = vec![0.0; z.len()];
+    for _ in 0..2 {
+        LinearOperator::apply_on(&coupled, cg.team(), z, &mut residual);
+        for (r, b) in residual.iter_mut().zip(&*right_side) {
+            *r = b - *r;
+        }
+        coupled.form.block.solve(&residual, &mut move_, &mut coupled.scratch().block);
+        vector::axpy(1.0, &move_, z);
+    }
+    LinearOperator::apply_on(&coupled, cg.team(), z, &mut residual);
+    for (r, b) in residual.iter_mut().zip(&*right_side) {
+        *r = b - *r;
+    }
+    form.w.project(&mut residual);
+    x_big.copy_from_slice(&z[..n]);
+    form.place(z, Some(g), x_small);
+    Ok(finite(norm2(&residual), "the residual", &residual, 0)?)
 }
 
 /// The coupled operator and its preconditioner.
