@@ -18,7 +18,7 @@ pub enum SearchMethod {
 
 /// How far a search goes.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
-#[serde(default, rename_all = "kebab-case", deny_unknown_fields)]
+#[serde(default, deny_unknown_fields)]
 pub struct SearchSettings {
     /// How states are found.
     pub method: SearchMethod,
@@ -109,6 +109,9 @@ impl SearchWorkspace {
 /// # Errors
 /// Those of the system. A condensed system that is not symmetric positive definite is no error, but
 /// [reported](SearchReport::refused).
+///
+/// # Panics
+/// If the system's answer has fewer numbers than the system has nodes.
 ///
 /// Source: Chentanez, Alterovitz, Ritchie, Cho, Hauser, Goldberg, Shewchuk & O'Brien, *Interactive simulation of surgical
 /// needle insertion and steering*, ACM Trans. Graph. 28(3) (2009), section 3.6.1 and Algorithm 3; conditions (9) to (11).
