@@ -18,7 +18,7 @@ pub enum SearchMethod {
 
 /// How far a search goes.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
-#[serde(default, rename_all = "kebab-case", deny_unknown_fields)]
+#[serde(default, deny_unknown_fields)]
 pub struct SearchSettings {
     /// How states are found.
     pub method: SearchMethod,
@@ -30,7 +30,7 @@ pub struct SearchSettings {
     pub max_trials: usize,
     /// The number of trials that fail before [`SearchMethod::Trials`] takes its next states from the condensed system. That is
     /// not in the paper, whose search (`None`) gives up in 0.4 % of the steps: consistent states always exist, and this
-    /// finds them.
+    /// finds them. A trial that starts from the one before is cheap beside one column for each node.
     pub condense_after: Option<usize>,
     /// By how many tolerances a condition may be violated; see [`search`].
     pub slack: f64,
@@ -43,7 +43,7 @@ impl Default for SearchSettings {
             check_tolerance: 1e-3,
             solve_tolerance: 1e-5,
             max_trials: 10,
-            condense_after: Some(2),
+            condense_after: Some(4),
             slack: 1.0,
         }
     }
@@ -109,6 +109,9 @@ impl SearchWorkspace {
 /// # Errors
 /// Those of the system. A condensed system that is not symmetric positive definite is no error, but
 /// [reported](SearchReport::refused).
+///
+/// # Panics
+/// If the system's answer has fewer numbers than the system has nodes.
 ///
 /// Source: Chentanez, Alterovitz, Ritchie, Cho, Hauser, Goldberg, Shewchuk & O'Brien, *Interactive simulation of surgical
 /// needle insertion and steering*, ACM Trans. Graph. 28(3) (2009), section 3.6.1 and Algorithm 3; conditions (9) to (11).

@@ -109,7 +109,8 @@ pub trait StickSlip {
     ) -> Result<usize, Self::Error>;
 
     /// `W` (m/N, by rows) and `s_free` (m), the slip where nothing hinders it: the system with all nodes slipping. Columns may be
-    /// solved to `tolerance` only. The iterate of [`solve`](Self::solve) stays. Returns the iterations.
+    /// solved to `tolerance` only, or be those of the last step: the search corrects what comes of it, at the price of more
+    /// trials. The iterate of [`solve`](Self::solve) stays. Returns the iterations.
     ///
     /// # Errors
     /// If the system cannot be solved; a search ends with this error.

@@ -74,7 +74,7 @@ pub struct MergeSplitReport {
 /// none needs merging. Nodes 0 and 1, the entry, and the nodes in the tissue stay.
 ///
 /// # Errors
-/// If there are fewer than three nodes, or fewer than two outside the tissue, a coordinate is not finite, or edges would be split
+/// If there are fewer than three nodes, or fewer than two outside the tissue, a coordinate or a length is not finite, or edges would be split
 /// into more than 10,000 parts.
 ///
 /// Source: Chentanez et al. (2009), section 3.4.2.
@@ -124,6 +124,8 @@ fn check(positions: &[f64], coupled: usize) -> Result<usize, ReparameteriseError
         return Err(ReparameteriseError::Coupled { coupled, nodes, most: nodes - 2 });
     }
     check_finite("positions", positions)?;
+    let lengths: Vec<f64> = (1..nodes).map(|i| distance(positions, i - 1, i)).collect();
+    check_finite("lengths of the edges", &lengths)?;
     Ok(nodes - coupled.max(1))
 }
 

@@ -58,12 +58,7 @@ impl Profile {
             check_len(what, list, expected)?;
             check_finite(what, list)?;
         }
-        match self.rest_lengths.iter().position(|&length| length <= 0.0) {
-            Some(index) => {
-                Err(ReparameteriseError::Length { what: "rest length", index, value: self.rest_lengths[index] })
-            }
-            None => Ok(()),
-        }
+        check_positive("rest length", &self.rest_lengths)
     }
 }
 
@@ -79,8 +74,8 @@ impl Profile {
 /// Nodes that have not moved keep what they carry to the last bit.
 ///
 /// # Errors
-/// If [`Profile::check`] fails, or there are fewer than three nodes after, two of them coincide, or `coupled` is more than there
-/// are.
+/// If [`Profile::check`] fails, or there are fewer than three nodes after, two of them coincide or are too close for a rest length
+/// between them, or `coupled` is more than there are.
 ///
 /// Source: Chentanez et al. (2009), section 3.4.2.
 pub fn reparameterise(before: &Profile, positions: &[f64], coupled: usize) -> Result<Profile, ReparameteriseError> {
@@ -93,6 +88,7 @@ pub fn reparameterise(before: &Profile, positions: &[f64], coupled: usize) -> Re
     let inner = |arc: &[f64]| arc[1..arc.len() - 1].to_vec();
     let mut after = Profile { positions: positions.to_vec(), ..Profile::default() };
     after.rest_lengths = rest_lengths(&old, &before.rest_lengths, &new);
+    check_positive("rest length after the step", &after.rest_lengths)?;
     let angles = Akima::new(&middles(&old), &before.angles)?;
     after.angles = sample(&middles(&new), 1, |x, out| angles.evaluate(x, out));
     let curvature = Akima::new(&inner(&old), &before.rest_curvature)?;
@@ -126,6 +122,13 @@ fn arc_lengths(positions: &[f64]) -> Vec<f64> {
         arc[i] = arc[i - 1] + distance(positions, i - 1, i);
     }
     arc
+}
+
+fn check_positive(what: &'static str, lengths: &[f64]) -> Result<(), ReparameteriseError> {
+    match lengths.iter().position(|&length| length <= 0.0) {
+        Some(index) => Err(ReparameteriseError::Length { what, index, value: lengths[index] }),
+        None => Ok(()),
+    }
 }
 
 /// Distance between two nodes.

@@ -23,5 +23,6 @@ mod slab_load;
 mod solid_loads;
 mod stability;
 mod statics;
+mod stick_slip;
 mod time_stepping;
 mod viscous;

@@ -139,6 +139,8 @@ fn bad_needles_are_refused() {
     for far in [1e6, 1e300, f64::MAX] {
         assert!(matches!(merge_and_split(&on_axis(&[0.0, 0.1, far]), 0, &limits), Err(TooLong { .. })));
     }
+    let folded = on_axis(&[0.0, 0.1, -f64::MAX, f64::MAX]);
+    assert!(matches!(merge_and_split(&folded, 0, &limits), Err(NotFinite { what: "lengths of the edges", index: 2 })));
     for (shortest, longest) in [(0.0, 1.0), (2.0, 1.0), (f64::NAN, 1.0), (1.0, f64::INFINITY), (1.0, f64::NAN)] {
         assert!(matches!(EdgeLimits::from_initial(shortest, longest), Err(Limits { .. })));
     }
@@ -215,5 +217,28 @@ proptest! {
         prop_assert_eq!((&again, idle.merged, idle.split), (new, 0, 0));
         let (old, new): (f64, f64) = (before.rest_lengths.iter().sum(), after.rest_lengths.iter().sum());
         prop_assert!((old - new).abs() <= 1e-14 * old);
+    }
+}
+
+/// Anything at all, in sizes from nothing to the largest.
+fn anything() -> impl Strategy<Value = Vec<f64>> {
+    let number = prop_oneof![-1.0..1.0f64, -1e4..1e4f64, Just(0.0), any::<f64>()];
+    proptest::collection::vec(number, 0..40)
+}
+
+proptest! {
+    #[test]
+    fn any_positions_are_adapted_or_refused(x in anything(), y in anything(), coupled in 0usize..15) {
+        let finite = |v: &[f64]| v.iter().all(|v| v.is_finite());
+        let limits = EdgeLimits::from_initial(0.01, 1.0).unwrap();
+        if let Ok((positions, _)) = merge_and_split(&y, coupled, &limits) {
+            prop_assert!(finite(&positions));
+        }
+        let before = scrambled(if x.len() < 9 { vec![0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 2.0, 0.0, 0.0] } else { x }, 1);
+        if let Ok(after) = reparameterise(&before, &y, coupled) {
+            prop_assert!(finite(&after.angles) && finite(&after.rest_curvature) && finite(&after.rest_lengths));
+            prop_assert!(finite(&after.velocity) && finite(&after.acceleration));
+            prop_assert!(after.rest_lengths.iter().all(|&l| l > 0.0), "{:?}", after.rest_lengths);
+        }
     }
 }
