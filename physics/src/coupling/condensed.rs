@@ -37,6 +37,14 @@ impl Condensed {
         Ok(iterations)
     }
 
+    /// Takes the system's estimate of `W` instead, if it has one; `s_free` then follows by [`correct`](Self::correct).
+    pub(super) fn load_estimate<S: StickSlip>(&mut self, system: &mut S) -> Result<bool, S::Error> {
+        let n = system.limits().len();
+        self.free_slip.clear();
+        self.free_slip.resize(n, 0.0);
+        Ok(system.estimate(&mut self.w)? && self.w.len() == n * n)
+    }
+
     /// Moves `s_free` so that the condensed system reproduces what a solve of the whole one has found. With a `W` that is only
     /// nearly right the states are then right about that answer.
     pub(super) fn correct(&mut self, answer: &Answer) {

@@ -32,6 +32,9 @@ pub struct SearchSettings {
     /// not in the paper, whose search (`None`) gives up in 0.4 % of the steps: consistent states always exist, and this
     /// finds them. A trial that starts from the one before is cheap beside one column for each node.
     pub condense_after: Option<usize>,
+    /// Whether states that failed are replaced by those that the complementarity problem has with the system's
+    /// [estimate](StickSlip::estimate) of `W`, where it has one, before other rules apply. Not in the paper.
+    pub estimate: bool,
     /// By how many tolerances a condition may be violated; see [`search`].
     pub slack: f64,
 }
@@ -44,6 +47,7 @@ impl Default for SearchSettings {
             solve_tolerance: 1e-5,
             max_trials: 10,
             condense_after: Some(4),
+            estimate: true,
             slack: 1.0,
         }
     }
@@ -125,7 +129,8 @@ pub fn search<S: StickSlip>(
     states.resize(system.limits().len(), SlipState::Static);
     ws.tried.clear();
     let mut report = SearchReport::default();
-    let mut search = Search { system, settings, ws, answer, loaded: false, tolerance: settings.check_tolerance };
+    let mut search =
+        Search { system, settings, ws, answer, loaded: false, estimated: None, tolerance: settings.check_tolerance };
     if settings.method == SearchMethod::Condensed {
         search.condense(states, &mut report)?;
     }
@@ -149,6 +154,8 @@ struct Search<'a, S: StickSlip> {
     answer: &'a mut Answer,
     /// Whether the condensed system of this step is there.
     loaded: bool,
+    /// Whether its estimate is, and whether that is of use.
+    estimated: Option<bool>,
     /// Tolerance of the last solve.
     tolerance: f64,
 }
@@ -207,7 +214,17 @@ impl<S: StickSlip> Search<'_, S> {
 
     /// Puts other states in place of those that failed. False if all there are have been tried.
     fn change(&mut self, states: &mut [SlipState], report: &mut SearchReport) -> Result<bool, S::Error> {
-        let due = self.settings.condense_after.is_some_and(|failures| report.trials >= failures);
+        let mut cycles = false;
+        if self.settings.estimate && !self.loaded && self.estimated != Some(false) {
+            if self.estimate(states, report)? && !self.is_tried(states) {
+                return Ok(true);
+            }
+            // It comes back to states that failed: only true columns lead on.
+            cycles = self.estimated == Some(true);
+            self.estimated = Some(false);
+        }
+        let due = cycles && self.settings.condense_after.is_some();
+        let due = due || self.settings.condense_after.is_some_and(|failures| report.trials >= failures);
         let condensed = (self.loaded || due) && report.refused.is_none();
         if !(condensed && self.condense(states, report)? && !self.is_tried(states)) {
             let failed = self.ws.tried.len() - states.len();
@@ -224,6 +241,23 @@ impl<S: StickSlip> Search<'_, S> {
             left -= 1;
         }
         Ok(true)
+    }
+
+    /// Replaces `states` by those that the estimate has for consistent. False if it is of no use.
+    fn estimate(&mut self, states: &mut [SlipState], report: &mut SearchReport) -> Result<bool, S::Error> {
+        let condensed = &mut self.ws.condensed;
+        if self.estimated.is_none() {
+            self.estimated = Some(condensed.load_estimate(self.system)?);
+        }
+        if self.estimated != Some(true) {
+            return Ok(false);
+        }
+        condensed.correct(self.answer);
+        match condensed.states(self.system.limits(), states) {
+            Ok(pivots) => report.pivots += pivots,
+            Err(_) => self.estimated = Some(false),
+        }
+        Ok(self.estimated == Some(true))
     }
 
     /// Replaces `states` by those that the condensed system has for consistent. False if it is of no use.

@@ -116,6 +116,15 @@ pub trait StickSlip {
     /// If the system cannot be solved; a search ends with this error.
     fn condense(&mut self, tolerance: f64, w: &mut Vec<f64>, free_slip: &mut Vec<f64>) -> Result<usize, Self::Error>;
 
+    /// An estimate of `W` that costs no solve, all nodes slipping; false where there is none. It serves to guess states.
+    ///
+    /// # Errors
+    /// If it cannot be made; a search ends with this error.
+    fn estimate(&mut self, w: &mut Vec<f64>) -> Result<bool, Self::Error> {
+        let _ = w;
+        Ok(false)
+    }
+
     /// Sizes of a force (N) and of a displacement (m) of the step, such as those of the fastest node. The tolerance of a solve
     /// times these is what its forces and slips are uncertain by. Without them, those of the answer are taken.
     fn magnitudes(&self) -> [f64; 2] {

@@ -282,6 +282,7 @@ impl CoupledIntegrator {
             max_iterations: self.settings.dynamics.max_inner_iterations,
             residual: 0.0,
             threshold: 0.0,
+            moves: Vec::new(),
         };
         let found = search(&mut system, &mut self.states, &self.settings.search, &mut self.search, &mut self.answer);
         report.search = found?;

@@ -3,6 +3,9 @@
 use crate::coupling::{difference, inner, length, triple};
 use stylet_mesh::{CellId, SimplexMesh};
 
+/// A tip is outside until it is this part of the height of a cell behind the skin.
+const ON_SKIN: f64 = 1e-6;
+
 /// A point of the skin, in the deformed and in the undeformed body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Contact {
@@ -49,7 +52,9 @@ fn crossing(triangle: &[[f64; 3]; 3], apex: &[f64; 3], a: &[f64; 3], b: &[f64; 3
     if inner(&normal, &difference(apex, p)) < 0.0 {
         normal = normal.map(|n| -n);
     }
-    let (from, to) = (inner(&normal, &difference(a, p)), inner(&normal, &difference(b, p)));
+    // A tip on the skin is outside, whichever way it is rounded.
+    let skin = ON_SKIN * inner(&normal, &difference(apex, p)).abs();
+    let (from, to) = (inner(&normal, &difference(a, p)) - skin, inner(&normal, &difference(b, p)) - skin);
     if !(from <= 0.0 && to > 0.0) {
         return None;
     }

@@ -29,7 +29,14 @@ impl<M: Hyperelastic<3>> Insertion<M> {
     /// A tip that was at `before` and is outside: whether it has met the skin. If so it gets a node there.
     pub(super) fn meet(&mut self, k: usize, before: &[f64; 3]) -> Result<TipMove, InsertionError> {
         let tip = self.needles[k].shaft.tip();
-        let Some(contact) = contact(&self.mesh, &self.state.u, before, &tip) else { return Ok(TipMove::default()) };
+        // The skin moves as well: what the tip has not met on its way may have come to it from ahead.
+        let tangent = self.needles[k].shaft.tangent(self.needles[k].shaft.n_nodes() - 1);
+        let back = 0.5 * self.integrator.settings().reach;
+        let behind = std::array::from_fn(|i| tip[i] - back * tangent[i]);
+        let met = contact(&self.mesh, &self.state.u, before, &tip);
+        let Some(contact) = met.or_else(|| contact(&self.mesh, &self.state.u, &behind, &tip)) else {
+            return Ok(TipMove::default());
+        };
         let Contact { material, inwards, edge, .. } = contact;
         let off = |by: f64| std::array::from_fn(|i| material[i] + by * edge * inwards[i]);
         let id = self.needles[k].id;

@@ -252,6 +252,24 @@ impl<const B: usize> NullSpace<B> {
         Ok(())
     }
 
+    /// How moves relative to the attachments answer to unit forces between small nodes and their attachments, as far as the exact
+    /// block knows: `out[i n + k]` is the relative move `i` under force `k`, each a small node and a direction that is free to it.
+    /// All else is held, so that a true answer is larger.
+    pub fn relative_compliance(&self, moves: &[(usize, [f64; B])], out: &mut Vec<f64>) {
+        let n = moves.len();
+        out.clear();
+        out.resize(n * n, 0.0);
+        let mut x = vec![0.0; self.block.dofs()];
+        for (k, &(node, direction)) in moves.iter().enumerate() {
+            x.fill(0.0);
+            self.block.pull(node, &self.attachments[node], &direction, &mut x);
+            self.block.solve_rows(&mut x);
+            for (i, (node, direction)) in moves.iter().enumerate() {
+                out[i * n + k] = self.block.stretch(*node, &self.attachments[*node], direction, &x);
+            }
+        }
+    }
+
     fn tie(&mut self, node: usize, free: Constraint<B>) -> Result<(), NullSpaceError> {
         let attached = self.attachments.get(node).is_none_or(|attachment| !attachment.is_empty());
         if !attached && free != Constraint::Free {

@@ -145,6 +145,39 @@ impl<const B: usize> CoupledBlock<B> {
         }
     }
 
+    /// Adds to the rows of the block a unit force along `direction` on a small node, and its opposite on what it is attached to.
+    pub fn pull(&self, node: usize, attachment: &Attachment, direction: &[f64; B], rows: &mut [f64]) {
+        let mut add = |place: usize, weight: f64| {
+            let moves = self.moves[place];
+            for (row, basis) in rows[moves.start..].iter_mut().zip(&moves.basis[..moves.count]) {
+                *row += weight * (0..B).map(|k| basis[k] * direction[k]).sum::<f64>();
+            }
+        };
+        add(self.small[node], 1.0);
+        for &(big, weight) in attachment {
+            if let Some(place) = self.place(big) {
+                add(place, -weight);
+            }
+        }
+    }
+
+    /// The move of a small node relative to its attachment along `direction`.
+    pub fn stretch(&self, node: usize, attachment: &Attachment, direction: &[f64; B], rows: &[f64]) -> f64 {
+        let along = |place: usize| -> f64 {
+            let moves = self.moves[place];
+            let values = rows[moves.start..].iter().zip(&moves.basis[..moves.count]);
+            values.map(|(value, basis)| value * (0..B).map(|k| basis[k] * direction[k]).sum::<f64>()).sum()
+        };
+        let attached: f64 =
+            attachment.iter().filter_map(|&(big, weight)| self.place(big).map(|place| weight * along(place))).sum();
+        along(self.small[node]) - attached
+    }
+
+    /// `x ← block⁻¹ x`.
+    pub fn solve_rows(&self, x: &mut [f64]) {
+        self.factor.solve(x);
+    }
+
     /// The place of an attached big node.
     fn place(&self, node: usize) -> Option<usize> {
         self.attached.binary_search_by_key(&node, |entry| entry.0).ok().map(|at| self.attached[at].1)
