@@ -38,7 +38,10 @@ fn main() {
             w.set(i, Constraint::Fixed).unwrap();
         }
     }
+    let lazy: f64 = arg("lazy", 0.0);
+    if lazy > 0.0 { body.set_lazy_rule(stylet_physics::body::LazyRule::Strain(lazy)); }
     let mut dynamics = DynamicsSettings::new(dt);
+    dynamics.damping.stiffness = arg("ray", 0.0);
     if arg("be", 0) == 1 {
         dynamics.scheme = stylet_physics::dynamics::Scheme::BackwardEuler;
     }

@@ -252,7 +252,8 @@ impl<'a, const B: usize, A: LinearOperator + ?Sized, M: Preconditioner + ?Sized>
         let mut products = 1;
         let mut evaluated = now; // the last residual that was evaluated, not recurred
         // Whether the recurrence must be checked against an evaluation, and the best iterate kept.
-        let verify = self.settings.stop.tolerance < VERIFY_BELOW || now.threshold < VERIFY_BELOW * now.residual;
+        let StopRule { tolerance, round_floor, .. } = self.settings.stop;
+        let verify = tolerance < VERIFY_BELOW && round_floor == 0.0 || now.threshold < VERIFY_BELOW * now.residual;
         let report = |stop, iterations, products, now: Measure| CgReport {
             stop,
             iterations,

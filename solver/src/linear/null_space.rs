@@ -23,11 +23,11 @@ use super::krylov::{VectorError, check_length, finite};
 use super::{CgError, CgReport, CgSettings, CgWorkspace, projected_cg};
 use crate::LinearOperator;
 use crate::dense::NotPositiveDefinite;
-use crate::precondition::{Identity, Preconditioner};
+use crate::precondition::{Identity, PreconditionRows, Preconditioner};
 use crate::sparse::BlockCsr;
 use crate::subspace::{Constraint, Subspace, SubspaceError};
 use crate::team::Team;
-use crate::vector::{self, norm2};
+use crate::vector::{self, dot, norm2};
 use block::CoupledBlock;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -351,8 +351,9 @@ impl<const B: usize> NullSpace<B> {
         }
     }
 
-    /// Adds the forces of the resistances at `z = (u, s)` to `y`.
-    fn resist(&self, z: &[f64], y: &mut [f64]) {
+    /// Adds the forces of the resistances at `z = (u, s)` to `y`; returns their part of `zᵀy`.
+    fn resist(&self, z: &[f64], y: &mut [f64]) -> f64 {
+        let mut product = 0.0;
         let (z, y) = (z.as_chunks::<B>().0, y.as_chunks_mut::<B>().0);
         for (node, &c) in self.resistance.iter().enumerate().filter(|(_, c)| **c != 0.0) {
             let free = self.free(node);
@@ -361,11 +362,13 @@ impl<const B: usize> NullSpace<B> {
                 (0..B).for_each(|k| relative[k] -= weight * z[big][k]);
             }
             let force = free.project(relative.map(|v| c * v));
+            product += (0..B).map(|k| force[k] * relative[k]).sum::<f64>();
             (0..B).for_each(|k| y[self.n_big + node][k] += force[k]);
             for &(big, weight) in &self.attachments[node] {
                 (0..B).for_each(|k| y[big][k] -= weight * force[k]);
             }
         }
+        product
     }
 
     /// `y ← y + Tᵀ f` on the big body's entries, `y ← Tᵀ f` on the small one's.
@@ -486,11 +489,46 @@ impl<const B: usize, A: LinearOperator + ?Sized, M: Preconditioner + ?Sized> Lin
         self.form.spread(force, y);
         self.form.resist(x, y);
     }
+
+    fn apply_dot_on(&self, team: &Team, x: &[f64], y: &mut [f64]) -> f64 {
+        let n = B * self.form.n_big;
+        let Scratch { place, force, .. } = &mut *self.scratch();
+        let big = self.a.apply_dot_on(team, &x[..n], &mut y[..n]);
+        self.form.place(x, None, place);
+        self.form.small.apply(place, force);
+        self.form.spread(force, y);
+        big + dot(place, force) + self.form.resist(x, y)
+    }
+}
+
+/// The rows of the big body's preconditioner, if it works by rows; then the exact block.
+impl<const B: usize, A: LinearOperator + ?Sized, M: Preconditioner + ?Sized> PreconditionRows for Coupled<'_, B, A, M> {
+    fn apply_rows(&self, first: usize, r: &[f64], z: &mut [f64]) {
+        let n = (B * self.form.n_big).saturating_sub(first).min(r.len());
+        if let Some(rows) = self.m.by_rows().filter(|_| n > 0) {
+            rows.apply_rows(first, &r[..n], &mut z[..n]);
+        }
+        z[n..].fill(0.0);
+    }
+
+    fn is_finished_later(&self) -> bool {
+        true
+    }
+
+    fn finish_rows(&self, r: &[f64], z: &mut [f64]) -> f64 {
+        let before = self.form.block.product(r, z);
+        self.form.block.solve(r, z, &mut self.scratch().block);
+        self.form.block.product(r, z) - before
+    }
 }
 
 impl<const B: usize, A: LinearOperator + ?Sized, M: Preconditioner + ?Sized> Preconditioner for Coupled<'_, B, A, M> {
     fn apply(&self, r: &[f64], z: &mut [f64]) {
         Preconditioner::apply_on(self, &Team::serial(), r, z);
+    }
+
+    fn by_rows(&self) -> Option<&dyn PreconditionRows> {
+        self.m.by_rows().map(|_| self as &dyn PreconditionRows)
     }
 
     fn apply_on(&self, team: &Team, r: &[f64], z: &mut [f64]) {

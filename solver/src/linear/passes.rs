@@ -30,7 +30,8 @@ pub(super) fn step<const B: usize, T: Real>(
     if let Some(rows) = m.by_rows()
         && CHUNK.is_multiple_of(B)
     {
-        return step_by_rows(team, rows, w, alpha, p, q, Vectors { x, r, z });
+        let (rr, rz) = step_by_rows(team, rows, w, alpha, p, q, Vectors { x, r: &mut *r, z: &mut *z });
+        return (rr, if rows.is_finished_later() { rz + rows.finish_rows(r, z) } else { rz });
     }
     let rr = step_residual(team, alpha, p, q, x, r);
     if m.is_identity() {

@@ -74,6 +74,17 @@ pub trait PreconditionRows<T: Real = f64>: Sync {
     /// Overwrites `z` with the entries of `M⁻¹ r` from entry `first` on, as many as `r` and `z` have; a part is made of whole
     /// blocks.
     fn apply_rows(&self, first: usize, r: &[T], z: &mut [T]);
+
+    /// Whether some entries of `M⁻¹ r` follow from more than their rows: [`finish_rows`](Self::finish_rows) writes them.
+    fn is_finished_later(&self) -> bool {
+        false
+    }
+
+    /// Overwrites these entries of `z` once all rows are there, in `W`; returns by how much that changes `rᵀz`.
+    fn finish_rows(&self, r: &[T], z: &mut [T]) -> f64 {
+        let _ = (r, z);
+        0.0
+    }
 }
 
 /// No preconditioning.

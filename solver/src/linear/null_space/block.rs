@@ -129,6 +129,12 @@ impl<const B: usize> CoupledBlock<B> {
         }
     }
 
+    /// `rᵀz` of the nodes of the block.
+    pub fn product(&self, r: &[f64], z: &[f64]) -> f64 {
+        let (r, z) = (r.as_chunks::<B>().0, z.as_chunks::<B>().0);
+        self.nodes.iter().map(|&node| (0..B).map(|k| r[node][k] * z[node][k]).sum::<f64>()).sum()
+    }
+
     /// Overwrites `z` at the nodes of the block with its inverse times `r`.
     pub fn solve(&self, r: &[f64], z: &mut [f64], scratch: &mut [f64]) {
         let scratch = &mut scratch[..self.n];
