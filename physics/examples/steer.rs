@@ -48,6 +48,7 @@ fn main() {
     let settings = CoupledSettings {
         dynamics,
         search: SearchSettings::default(),
+        coupling: match arg("kkt", 0) { 1 => stylet_physics::coupling::CouplingMethod::KktCg, 2 => stylet_physics::coupling::CouplingMethod::KktMinres, 3 => stylet_physics::coupling::CouplingMethod::ConstraintPreconditioned, _ => stylet_physics::coupling::CouplingMethod::NullSpace },
         tangent: if arg("exact", 0) == 1 { Tangent::Exact } else { Tangent::GaussNewton },
         needle_scheme: if arg("ntrap", 0) == 1 {
             stylet_physics::dynamics::Scheme::TRAPEZOID

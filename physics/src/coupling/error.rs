@@ -2,7 +2,7 @@
 
 use crate::dynamics::DynamicsError;
 use crate::rod::RodError;
-use stylet_solver::linear::NullSpaceError;
+use stylet_solver::linear::{ConstrainedError, ConstraintError, KktError, NullSpaceError};
 
 /// Why a coupled step could not be made. Tissue and needles are as they were.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -22,6 +22,15 @@ pub enum CouplingError {
     /// The coupled system has no solution.
     #[error(transparent)]
     NullSpace(NullSpaceError),
+    /// The system with its multipliers has none.
+    #[error(transparent)]
+    Kkt(#[from] KktError),
+    /// Nor has it on the kernel of its constraints.
+    #[error(transparent)]
+    Constrained(#[from] ConstrainedError),
+    /// The constraints do not fit.
+    #[error(transparent)]
+    Constraint(#[from] ConstraintError),
     /// Conjugate gradients ran out of iterations.
     #[error("the coupled system: residual {residual:e} N after {iterations} iterations, threshold {threshold:e} N")]
     IterationLimit {

@@ -9,7 +9,7 @@
 use super::shaft::{SleeveMotion, difference, inner, set_triple, triple};
 use super::system::{Link, System, SystemVectors};
 use super::{
-    Answer, CouplingError, SearchReport, SearchSettings, SearchWorkspace, Shaft, SlipLimits, SlipState, search,
+    Answer, CouplingError, CouplingMethod, SearchReport, SearchSettings, SearchWorkspace, Shaft, SlipLimits, SlipState, search,
 };
 use crate::body::Body;
 use crate::dynamics::attempt::{Attempt, Unsolved};
@@ -32,6 +32,8 @@ pub struct CoupledSettings {
     pub dynamics: DynamicsSettings,
     /// How friction states are found, and how far linear systems are solved.
     pub search: SearchSettings,
+    /// How the coupled system is solved.
+    pub coupling: CouplingMethod,
     /// The matrix of the rods.
     pub tangent: Tangent,
     /// How rods move: their places are prescribed by what cannot be stretched, which the trapezoid rule answers by
@@ -267,6 +269,9 @@ impl CoupledIntegrator {
         self.states.clear();
         self.states.extend(needles.iter().flat_map(|needle| needle.nodes.iter().map(|node| node.state)));
         let mut system = System {
+            method: self.settings.coupling,
+            matrix: &it.matrix.matrix,
+            w: attempt.subspace,
             a: &it.frozen,
             m: &*it.preconditioner,
             form: &mut form,

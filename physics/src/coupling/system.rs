@@ -6,12 +6,14 @@
 //! all of a free node, the one along `t` of a sliding node. Solved in accelerations, `x1 = x^ + cx a1`.
 
 use super::shaft::{inner, set_triple, triple};
+use super::stacked::{Parts, Stacked};
 use super::{Answer, CouplingError, SlipLimits, SlipState, StickSlip};
 use crate::dynamics::StepPreconditioner;
+use serde::{Deserialize, Serialize};
 use stylet_solver::linear::{CgSettings, NullSpace, NullSpaceWorkspace, null_space_cg, null_space_start};
-use stylet_solver::sparse::Frozen;
+use stylet_solver::sparse::{BlockCsr, Frozen};
 use stylet_solver::stop::{Criterion, Stop, StopRule};
-use stylet_solver::subspace::Constraint;
+use stylet_solver::subspace::{Constraint, Subspace};
 
 /// How much more than the exact block the tissue yields to friction at one node: 1.5 to 2 times at 20 ms, next to nothing more
 /// at 1 ms. States guessed with it hold after one or two trials.
@@ -30,6 +32,21 @@ pub(super) struct Link {
     pub slip: f64,
 }
 
+/// How the coupled system is solved for given states.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum CouplingMethod {
+    /// Conjugate gradients on the system without multipliers, the needle and what it touches inverted exactly.
+    #[default]
+    NullSpace,
+    /// Conjugate gradients on the indefinite matrix, as published, preconditioned by its block diagonal.
+    KktCg,
+    /// MINRES on the same matrix with the same preconditioner.
+    KktMinres,
+    /// Projected conjugate gradients, preconditioned by the constraints.
+    ConstraintPreconditioned,
+}
+
 /// Right sides, offsets and iterates; kept between steps.
 #[derive(Debug, Default)]
 pub(super) struct SystemVectors {
@@ -43,9 +60,13 @@ pub(super) struct SystemVectors {
     free: Vec<Constraint<3>>,
     resistance: Vec<f64>,
     pub start: Vec<f64>,
+    stacked: Stacked,
 }
 
 pub(super) struct System<'s> {
+    pub method: CouplingMethod,
+    pub matrix: &'s BlockCsr<3>,
+    pub w: &'s Subspace<3>,
     pub a: &'s Frozen<3>,
     pub m: &'s dyn StepPreconditioner<3>,
     pub form: &'s mut NullSpace<3>,
@@ -159,6 +180,9 @@ impl StickSlip for System<'_> {
             self.vectors.x_small.fill(0.0);
             self.begin()?;
         }
+        if self.method != CouplingMethod::NullSpace && !links.is_empty() {
+            return self.solve_stacked(states, tolerance, answer);
+        }
         let iterations = self.cg(tolerance)?;
         let SystemVectors { small_side, x_small, forces, .. } = &mut *self.vectors;
         forces.resize(x_small.len(), 0.0);
@@ -235,6 +259,46 @@ impl StickSlip for System<'_> {
 }
 
 impl System<'_> {
+    /// The same by a method with multipliers.
+    fn solve_stacked(
+        &mut self,
+        states: &[SlipState],
+        tolerance: f64,
+        answer: &mut Answer,
+    ) -> Result<usize, CouplingError> {
+        let threshold = self.round_floor + tolerance * self.scale;
+        let SystemVectors { big_side, small_side, offsets, x_small, resistance, stacked, forces, .. } = &mut *self.vectors;
+        let n = big_side.len();
+        stacked.x.clear();
+        stacked.x.extend(self.x.iter().chain(x_small.iter()));
+        stacked.b.clear();
+        stacked.b.extend(big_side.iter().chain(small_side.iter()));
+        let parts = Parts {
+            big: self.a,
+            big_matrix: self.matrix,
+            w: self.w,
+            small: self.form.small(),
+            links: self.links,
+            resistance,
+            offsets,
+        };
+        let solved = stacked.solve(self.method, &parts, states, (threshold, self.max_iterations), forces)?;
+        self.x.copy_from_slice(&stacked.x[..n]);
+        x_small.copy_from_slice(&stacked.x[n..]);
+        (self.residual, self.threshold) = (solved.1, threshold);
+        answer.force.clear();
+        answer.slip.clear();
+        for (k, link) in self.links.iter().enumerate() {
+            let (force, slip) = match states[k] {
+                SlipState::Static => (self.vectors.forces[k], 0.0),
+                state => (self.limits[k].slipping(state), self.slip(link)),
+            };
+            answer.force.push(force);
+            answer.slip.push(slip);
+        }
+        Ok(solved.0)
+    }
+
     fn set_unit_sides(&mut self, zero: &[f64], node: usize) {
         let SystemVectors { big_side, small_side, b_small, .. } = &mut *self.vectors;
         big_side.clear();

@@ -220,6 +220,12 @@ impl<const B: usize> NullSpace<B> {
         self.factor()
     }
 
+    /// The small body's matrix.
+    #[must_use]
+    pub fn small(&self) -> &BlockCsr<B> {
+        &self.small
+    }
+
     /// The moves of a small node relative to its attachment.
     #[must_use]
     pub fn free(&self, node: usize) -> Constraint<B> {
