@@ -39,7 +39,9 @@ fn main() {
         }
     }
     let lazy: f64 = arg("lazy", 0.0);
-    if lazy > 0.0 { body.set_lazy_rule(stylet_physics::body::LazyRule::Strain(lazy)); }
+    if lazy > 0.0 {
+        body.set_lazy_rule(stylet_physics::body::LazyRule::Strain(lazy));
+    }
     let mut dynamics = DynamicsSettings::new(dt);
     dynamics.damping.stiffness = arg("ray", 0.0);
     if arg("be", 0) == 1 {
@@ -48,7 +50,12 @@ fn main() {
     let settings = CoupledSettings {
         dynamics,
         search: SearchSettings::default(),
-        coupling: match arg("kkt", 0) { 1 => stylet_physics::coupling::CouplingMethod::KktCg, 2 => stylet_physics::coupling::CouplingMethod::KktMinres, 3 => stylet_physics::coupling::CouplingMethod::ConstraintPreconditioned, _ => stylet_physics::coupling::CouplingMethod::NullSpace },
+        coupling: match arg("kkt", 0) {
+            1 => stylet_physics::coupling::CouplingMethod::KktCg,
+            2 => stylet_physics::coupling::CouplingMethod::KktMinres,
+            3 => stylet_physics::coupling::CouplingMethod::ConstraintPreconditioned,
+            _ => stylet_physics::coupling::CouplingMethod::NullSpace,
+        },
         tangent: if arg("exact", 0) == 1 { Tangent::Exact } else { Tangent::GaussNewton },
         needle_scheme: if arg("ntrap", 0) == 1 {
             stylet_physics::dynamics::Scheme::TRAPEZOID

@@ -14,8 +14,8 @@ use super::system::Link;
 use super::{CouplingMethod, SlipState};
 use stylet_solver::LinearOperator;
 use stylet_solver::linear::{
-    ConstrainedWorkspace, ConstraintPreconditioner, Constraints, KktOperator, KktWorkspace, KrylovSettings, SchurDiagonal,
-    constrained_cg, kkt_cg, kkt_minres,
+    ConstrainedWorkspace, ConstraintPreconditioner, Constraints, KktOperator, KktWorkspace, KrylovSettings,
+    SchurDiagonal, constrained_cg, kkt_cg, kkt_minres,
 };
 use stylet_solver::sparse::{BlockCsr, SparseError};
 use stylet_solver::stop::{Criterion, Stop, StopRule};
@@ -93,11 +93,11 @@ impl Stacked {
         forces: &mut Vec<f64>,
     ) -> Result<(usize, f64), CouplingError> {
         let constraints = self.constrain(parts, states)?;
-        let operator =
-            Both { big: parts.big, small: parts.small, links: parts.links, resistance: parts.resistance };
+        let operator = Both { big: parts.big, small: parts.small, links: parts.links, resistance: parts.resistance };
         let mut w = parts.w.clone();
         w.resize(parts.w.n_nodes() + parts.small.n_rows());
-        let diagonal = diagonal(parts).map_err(crate::body::BodyError::from).map_err(crate::dynamics::DynamicsError::from)?;
+        let diagonal =
+            diagonal(parts).map_err(crate::body::BodyError::from).map_err(crate::dynamics::DynamicsError::from)?;
         let m = ConstraintPreconditioner::new(&diagonal, &w, &constraints)?;
         let stop = StopRule { tolerance: f64::MIN_POSITIVE, criterion: Criterion::External, round_floor: threshold };
         let settings = KrylovSettings { stop, max_iterations };

@@ -9,7 +9,8 @@
 use super::shaft::{SleeveMotion, difference, inner, set_triple, triple};
 use super::system::{Link, System, SystemVectors};
 use super::{
-    Answer, CouplingError, CouplingMethod, SearchReport, SearchSettings, SearchWorkspace, Shaft, SlipLimits, SlipState, search,
+    Answer, CouplingError, CouplingMethod, SearchReport, SearchSettings, SearchWorkspace, Shaft, SlipLimits, SlipState,
+    search,
 };
 use crate::body::Body;
 use crate::dynamics::attempt::{Attempt, Unsolved};

@@ -267,7 +267,8 @@ impl System<'_> {
         answer: &mut Answer,
     ) -> Result<usize, CouplingError> {
         let threshold = self.round_floor + tolerance * self.scale;
-        let SystemVectors { big_side, small_side, offsets, x_small, resistance, stacked, forces, .. } = &mut *self.vectors;
+        let SystemVectors { big_side, small_side, offsets, x_small, resistance, stacked, forces, .. } =
+            &mut *self.vectors;
         let n = big_side.len();
         stacked.x.clear();
         stacked.x.extend(self.x.iter().chain(x_small.iter()));

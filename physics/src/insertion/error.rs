@@ -91,6 +91,12 @@ pub enum InsertionError {
         /// Length of the needle between sleeve and tissue, m.
         length: f64,
     },
+    /// All of the needle has been pulled back into its sleeve.
+    #[error("needle {needle} is pulled back further than it reaches out of its sleeve")]
+    InSleeve {
+        /// The needle.
+        needle: usize,
+    },
     /// Two needles share an element.
     #[error(
         "needles {needle} and {other} share cell {cell}: they must be in disjoint elements, or be withdrawn in reverse order"

@@ -191,13 +191,19 @@ impl<M: Hyperelastic<3>> Insertion<M> {
         let mut report = InsertionReport::default();
         let whole = 1u32 << MAX_HALVINGS;
         let (mut done, mut size) = (0, whole);
+        // Free needles, too, come to the skin by no more than they may slide in it.
+        let longest = motions.iter().map(|motion| motion.insert.abs() + speed(&motion.sleeve)).fold(0.0, f64::max) * h;
+        while size > 1 && longest * f64::from(size) / f64::from(whole) > self.integrator.settings().reach {
+            size /= 2;
+        }
+        let largest = size;
         while done < whole {
             let part = h * f64::from(size) / f64::from(whole);
             match self.part(motions, part, &mut report) {
                 Ok(()) => {
                     done += size;
                     report.substeps += 1;
-                    if done % (2 * size) == 0 && done + 2 * size <= whole {
+                    if 2 * size <= largest && done % (2 * size) == 0 && done + 2 * size <= whole {
                         size *= 2;
                     }
                 }
@@ -389,12 +395,16 @@ impl From<InsertionError> for Setback {
     }
 }
 
+fn speed(v: &[f64; 3]) -> f64 {
+    v.iter().map(|v| v * v).sum::<f64>().sqrt()
+}
+
 /// Pushes the needle out of its sleeve and turns its base.
 fn feed(k: usize, shaft: &mut crate::coupling::Shaft, motion: &BaseMotion, h: f64) -> Result<(), InsertionError> {
     let rod = &mut shaft.rod;
     let length = rod.rest_lengths()[1] + motion.insert * h;
     if length <= 0.0 {
-        return Err(InsertionError::SleeveAtSkin { needle: k, length });
+        return Err(InsertionError::InSleeve { needle: k });
     }
     let wrong = |error| InsertionError::Rod { needle: k, error };
     rod.set_rest_length(1, length).map_err(wrong)?;
