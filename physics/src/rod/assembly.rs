@@ -37,14 +37,13 @@ impl Rod {
     /// If `x` does not have three numbers for each node.
     pub fn energy(&mut self, x: &[f64], base_director: &[f64; 3]) -> f64 {
         self.look(x, base_director);
-        let (bending, twisting) = (self.stiffness.bending, self.stiffness.twisting);
-        let mut energy = 0.0;
+        let bending = self.stiffness.bending;
+        let mut energy = self.twist_energy();
         for (edge, &l) in self.scratch.edges.iter().zip(&self.rest_lengths) {
             energy += 0.5 * self.stiffness.stretching * (edge.length - l).powi(2) / l;
         }
         for node in 1..self.n_edges() {
             let (corner, length) = (self.corner(node), self.node_length(node));
-            energy += 0.5 * twisting * (self.angles[node] - self.angles[node - 1]).powi(2) / length;
             energy += if self.curved {
                 bending * length * self.half_square_from_rest(node, &(corner.binormal() / length))
             } else {
@@ -52,6 +51,13 @@ impl Rod {
             };
         }
         energy
+    }
+
+    /// Energy of twist, J: a part of [`energy`](Self::energy).
+    #[must_use]
+    pub fn twist_energy(&self) -> f64 {
+        let of = |node: usize| self.twisting_moment(node) * (self.angles[node] - self.angles[node - 1]);
+        (1..self.n_edges()).map(|node| 0.5 * of(node)).sum()
     }
 
     /// Adds the forces of bending and stretch, N, to `force`: minus the gradient of their energy with edges that do not spin.
