@@ -23,7 +23,7 @@ pub enum Scheme {
 
 /// The scheme for one length of step.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Coefficients {
+pub(crate) struct Coefficients {
     pub h: f64,
     /// Weights of `a0` in `u^` and `v^`.
     pub u_a0: f64,
@@ -36,7 +36,7 @@ impl Scheme {
     /// Newmark's method with `beta = 1/4`, `gamma = 1/2`: the trapezoid rule.
     pub const TRAPEZOID: Self = Self::Newmark { beta: 0.25, gamma: 0.5 };
 
-    pub(super) fn coefficients(self, h: f64) -> Coefficients {
+    pub(crate) fn coefficients(self, h: f64) -> Coefficients {
         match self {
             Self::Newmark { beta, gamma } => {
                 Coefficients { h, u_a0: h * h * (0.5 - beta), v_a0: h * (1.0 - gamma), cx: beta * h * h, cv: gamma * h }

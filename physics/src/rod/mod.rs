@@ -37,8 +37,10 @@ mod angles;
 mod assembly;
 mod banded;
 mod corner;
+mod dynamics;
 mod error;
 mod frames;
+mod incremental;
 mod load;
 mod potential;
 mod statics;
@@ -48,6 +50,9 @@ mod stored;
 pub use angles::HeldEnds;
 pub use assembly::Tangent;
 pub use banded::{BandedError, BandedFactor};
+pub use dynamics::{
+    RodBalance, RodDynamicsError, RodDynamicsSettings, RodIntegrator, RodState, RodStep, RodStepReport,
+};
 pub use error::RodError;
 pub use frames::{Frame, parallel_transport};
 pub use load::RodLoad;

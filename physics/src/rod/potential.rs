@@ -55,6 +55,10 @@ impl<'a> RodPotential<'a> {
         self
     }
 
+    pub(super) fn matrix_mut(&mut self) -> &mut BlockCsr<3> {
+        &mut self.matrix
+    }
+
     pub(super) fn into_matrix(self) -> BlockCsr<3> {
         self.matrix
     }

@@ -9,19 +9,16 @@ use stylet_solver::vector::norm2;
 /// How an equilibrium is sought.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RodStaticSettings {
-    /// Residual as a share of loads and reactions.
+    /// Residual as a share of loads and reactions; [`Rod::force_round_off`] at the start is always allowed besides.
     pub tolerance: f64,
-    /// Residual that counts as rounding errors whatever the loads, N. An inextensible rod is stiff: the unit roundoff times
-    /// `EA` times coordinates over edge lengths is what positions can tell.
-    pub round_floor: f64,
     /// Steps of Newton's method.
     pub max_iterations: usize,
 }
 
 impl Default for RodStaticSettings {
-    /// 1e-8, no floor, 1000 steps.
+    /// 1e-8, 1000 steps.
     fn default() -> Self {
-        Self { tolerance: 1e-8, round_floor: 0.0, max_iterations: 1000 }
+        Self { tolerance: 1e-8, max_iterations: 1000 }
     }
 }
 
@@ -68,8 +65,8 @@ pub fn solve_rod(
     super::error::shape("positions", x.len(), 3 * rod.n_nodes())?;
     let couple = norm2(&load.couple) / rod.rest_lengths()[rod.n_edges() - 1];
     let external = norm2(&load.forces).hypot(couple);
-    let stop =
-        StopRule { tolerance: settings.tolerance, criterion: Criterion::Reaction, round_floor: settings.round_floor };
+    let round_floor = rod.force_round_off(x);
+    let stop = StopRule { tolerance: settings.tolerance, criterion: Criterion::Reaction, round_floor };
     let newton = NewtonSettings { max_iterations: settings.max_iterations, ..NewtonSettings::new(stop) };
     let newton = NewtonSettings { max_inner_iterations: 100 * settings.max_iterations, ..newton };
     let mut potential = RodPotential::new(rod, base_director, load, ends)?;

@@ -21,6 +21,7 @@ mod regions;
 mod rod_angles;
 mod rod_buckling;
 mod rod_derivatives;
+mod rod_dynamics;
 mod rod_statics;
 mod slab_load;
 mod solid_loads;

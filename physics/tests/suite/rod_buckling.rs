@@ -302,7 +302,7 @@ fn a_localised_helix_persists_between_held_ends() {
         helix.rod.frames(&helix.x, &DIRECTOR, &mut frames);
         let ends = HeldEnds { start: Some(0.0), end: Some(frames[n - 1][1]) };
         let load = RodLoad::new(n + 1);
-        let settings = RodStaticSettings { tolerance: 1e-6, round_floor: 1e-6, max_iterations: 2000 };
+        let settings = RodStaticSettings { tolerance: 1e-6, max_iterations: 2000 };
         solve_rod(&mut helix.rod, DIRECTOR, &load, &ends, &subspace, &mut helix.x, &settings).unwrap();
         (helix.steepest() - slope_at(0.5 * 12.0 * 0.161636 / n as f64)).abs()
     });
