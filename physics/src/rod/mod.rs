@@ -40,7 +40,6 @@ mod corner;
 mod dynamics;
 mod error;
 mod frames;
-mod incremental;
 mod load;
 mod potential;
 mod statics;

@@ -1,5 +1,6 @@
 //! Forces and tangents of rods against differences of energies and forces, and what a rigid motion leaves as it is.
 
+use crate::support::allocations::allocations;
 use nalgebra::{Rotation3, Vector3};
 use proptest::prelude::*;
 use stylet_physics::rod::{Rod, RodStiffness, Tangent, parallel_transport};
@@ -217,7 +218,7 @@ fn a_known_tangent_is_written_in_place() {
     let mut force = vec![0.0; case.x.len()];
     let mut frames = Vec::with_capacity(5);
     case.rod.tangent(&case.x, &DIRECTOR, Tangent::GaussNewton, true, &mut matrix);
-    let allocated = crate::support::allocations::allocations(|| {
+    let allocated = allocations(|| {
         case.rod.add_force(&case.x, &DIRECTOR, &mut force);
         case.rod.add_twist_force(&case.x, &DIRECTOR, &mut force);
         case.rod.frames(&case.x, &DIRECTOR, &mut frames);

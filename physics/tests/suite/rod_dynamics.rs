@@ -1,5 +1,6 @@
 //! Rods in time: periods and damping of a mode, conservation, order, and what must not blow up.
 
+use crate::support::allocations::allocations;
 use crate::support::rods::{DIRECTOR, End, Straight};
 use nalgebra::{DMatrix, SymmetricEigen};
 use stylet_physics::dynamics::{Damping, Scheme, Solution};
@@ -207,7 +208,6 @@ fn orders(make: fn(RodDynamicsSettings) -> Run, solution: Solution, implicit_twi
         for _ in 0..(0.1 / dt).round() as usize {
             run.step().unwrap();
         }
-        println!("twist {:e}", run.rod.twist_energy());
         run.state.x
     };
     let reference = end(1e-3 / 16.0);
@@ -336,6 +336,15 @@ fn a_refused_step_changes_nothing() {
     run.settings.solution = Solution::Newton { max_iterations: 0 };
     assert!(matches!(run.step(), Err(RodDynamicsError::NotConverged { .. })));
     assert_eq!((&run.rod, &run.state), (&rod, &state));
+}
+
+#[test]
+fn warm_linearised_steps_allocate_nothing() {
+    for tangent in [Tangent::Exact, Tangent::GaussNewton] {
+        let mut run = curling(RodDynamicsSettings { tangent, ..RodDynamicsSettings::new(1e-3) });
+        (0..2).for_each(|_| run.step().unwrap());
+        assert_eq!(allocations(|| run.step().unwrap()), 0);
+    }
 }
 
 #[test]

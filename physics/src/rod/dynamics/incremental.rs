@@ -1,7 +1,7 @@
 //! What a step of time minimises, and matrices that are sums of stiffness and mass.
 
-use super::RodPotential;
 use crate::dynamics::{Coefficients, Damping};
+use crate::rod::RodPotential;
 use stylet_solver::LinearOperator;
 use stylet_solver::energy::{BlockHessian, Energy};
 use stylet_solver::sparse::BlockCsr;
@@ -55,17 +55,25 @@ pub(super) fn add_mass(matrix: &mut BlockCsr<3>, mass: &[f64], share: f64) {
     }
 }
 
-/// Multiplies a matrix by `factor` and adds `share` of another one with the same pattern.
-pub(super) fn combine(matrix: &mut BlockCsr<3>, factor: f64, other: Option<(&BlockCsr<3>, f64)>) {
+/// Adds `share` of another matrix with the same pattern.
+pub(super) fn add_scaled(matrix: &mut BlockCsr<3>, other: &BlockCsr<3>, share: f64) {
     for i in 0..matrix.n_rows() {
-        let (_, blocks) = matrix.row_mut(i);
-        blocks.as_flattened_mut().as_flattened_mut().iter_mut().for_each(|v| *v *= factor);
-        if let Some((other, share)) = other {
-            let from = other.row(i).1.as_flattened().as_flattened();
-            let to = blocks.as_flattened_mut().as_flattened_mut();
-            to.iter_mut().zip(from).for_each(|(to, from)| *to += share * from);
-        }
+        let to = matrix.row_mut(i).1.as_flattened_mut().as_flattened_mut();
+        let from = other.row(i).1.as_flattened().as_flattened();
+        to.iter_mut().zip(from).for_each(|(to, from)| *to += share * from);
     }
+}
+
+/// Overwrites `matrix` with `share` of another one.
+pub(super) fn copy_scaled(matrix: &mut BlockCsr<3>, other: &BlockCsr<3>, share: f64) {
+    let n = other.n_rows();
+    if matrix.n_rows() != n || (0..n).any(|i| matrix.row(i).0 != other.row(i).0) {
+        matrix.clone_from(other);
+    }
+    for i in 0..n {
+        matrix.row_mut(i).1.fill([[0.0; 3]; 3]);
+    }
+    add_scaled(matrix, other, share);
 }
 
 impl Energy for Incremental<'_> {
@@ -98,7 +106,7 @@ impl Energy for Incremental<'_> {
         let (c, damping) = (&self.coefficients, self.damping);
         let matrix = self.potential.matrix_mut();
         if damping.stiffness > 0.0 {
-            combine(matrix, 1.0, Some((self.stiffness, damping.stiffness * c.cv / c.cx)));
+            add_scaled(matrix, self.stiffness, damping.stiffness * c.cv / c.cx);
         }
         add_mass(matrix, self.mass, (1.0 + damping.mass * c.cv) / c.cx);
     }

@@ -7,147 +7,29 @@
 //! Newton      x1 minimises the incremental potential                   one for each iteration
 //! ```
 
+mod error;
+mod incremental;
+mod settings;
+mod state;
+
+pub use error::RodDynamicsError;
+pub use settings::RodDynamicsSettings;
+pub use state::{RodBalance, RodState};
+
 use super::banded::{BandedError, BandedFactor};
-use super::incremental::{Incremental, add_mass, apply_damping, combine};
+use super::check_finite;
+use super::error::shape;
 use super::potential::Twist;
 use super::{HeldEnds, Rod, RodError, RodLoad, RodPotential, Tangent, parallel_transport};
-use crate::dynamics::{Coefficients, Damping, Scheme, Solution};
-use serde::{Deserialize, Serialize};
+use crate::dynamics::{Coefficients, Solution};
+use incremental::{Incremental, add_mass, apply_damping, copy_scaled};
 use stylet_solver::LinearOperator;
 use stylet_solver::energy::Energy;
-use stylet_solver::nonlinear::{NewtonSettings, NewtonWorkspace, NonlinearError, newton_cg_with};
+use stylet_solver::nonlinear::{NewtonSettings, NewtonWorkspace, newton_cg_with};
 use stylet_solver::sparse::BlockCsr;
 use stylet_solver::stop::{Criterion, Stop, StopRule};
 use stylet_solver::subspace::Subspace;
 use stylet_solver::vector::norm2;
-
-/// How a rod is taken through time.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RodDynamicsSettings {
-    /// The scheme.
-    pub scheme: Scheme,
-    /// Length of a step, s.
-    pub dt: f64,
-    /// What is solved in a step; in the minimisation the tangent is exact.
-    pub solution: Solution,
-    /// Tangent of linearised steps. Where the exact one does not give a definite matrix, Gauss-Newton's is taken instead, which
-    /// leaves out the derivatives of twist and of the couple.
-    pub tangent: Tangent,
-    /// Whether twist is taken at the end of the step with the other forces, rather than at its start.
-    pub implicit_twist: bool,
-    /// Damping.
-    pub damping: Damping,
-    /// Residual of Newton's method as a share of elastic, inertial and external forces at the start of the step;
-    /// [`Rod::force_round_off`] is always allowed besides.
-    pub tolerance: f64,
-}
-
-impl RodDynamicsSettings {
-    /// The trapezoid rule with one linearised step of length `dt` (s), exact tangent, explicit twist, no damping; 1e-8.
-    #[must_use]
-    pub fn new(dt: f64) -> Self {
-        Self {
-            scheme: Scheme::TRAPEZOID,
-            dt,
-            solution: Solution::Linearised,
-            tangent: Tangent::Exact,
-            implicit_twist: false,
-            damping: Damping::default(),
-            tolerance: 1e-8,
-        }
-    }
-
-    fn validate(&self) -> Result<(), RodDynamicsError> {
-        let refuse = |name, value, expected| Err(RodDynamicsError::Setting { name, value, expected });
-        let positive = |value: f64| value > 0.0 && value.is_finite();
-        if !positive(self.dt) {
-            return refuse("dt", self.dt, "a positive time, s");
-        }
-        if !positive(self.tolerance) {
-            return refuse("tolerance", self.tolerance, "a positive number");
-        }
-        if let Scheme::Newmark { beta, gamma } = self.scheme {
-            if !(beta > 0.0 && beta <= 0.5) {
-                return refuse("beta", beta, "above 0 and at most 1/2");
-            }
-            if !(0.5..=1.0).contains(&gamma) {
-                return refuse("gamma", gamma, "1/2 to 1");
-            }
-        }
-        for (name, value) in [("damping.mass", self.damping.mass), ("damping.stiffness", self.damping.stiffness)] {
-            if !(value >= 0.0 && value.is_finite()) {
-                return refuse(name, value, "zero or more");
-            }
-        }
-        Ok(())
-    }
-}
-
-/// A rod in motion; with the angles of the rod all that a run needs to go on.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct RodState {
-    /// Time, s.
-    pub t: f64,
-    /// Positions, m, three numbers for each node.
-    pub x: Vec<f64>,
-    /// Velocities, m/s. Constrained nodes keep theirs from step to step: they move as the caller sets it.
-    pub v: Vec<f64>,
-    /// Accelerations, m/s^2.
-    pub a: Vec<f64>,
-    /// The base director, across the first edge; it turns with that edge without spinning.
-    pub base_director: [f64; 3],
-}
-
-impl RodState {
-    /// At rest at time zero.
-    #[must_use]
-    pub fn at_rest(x: Vec<f64>, base_director: [f64; 3]) -> Self {
-        let n = x.len();
-        Self { t: 0.0, x, v: vec![0.0; n], a: vec![0.0; n], base_director }
-    }
-
-    fn first_tangent(&self) -> [f64; 3] {
-        let edge: [f64; 3] = std::array::from_fn(|k| self.x[3 + k] - self.x[k]);
-        let length = norm2(&edge);
-        edge.map(|e| e / length)
-    }
-}
-
-/// Energies and momenta of a rod in motion.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RodBalance {
-    /// Bending, stretch and twist, J.
-    pub elastic: f64,
-    /// Kinetic energy, J.
-    pub kinetic: f64,
-    /// Momentum, kg m/s.
-    pub momentum: [f64; 3],
-    /// Moment of momentum about the origin, kg m^2/s.
-    pub angular_momentum: [f64; 3],
-}
-
-impl RodBalance {
-    /// Of a rod in a state.
-    ///
-    /// # Panics
-    /// If the state has another number of nodes than the rod.
-    #[must_use]
-    pub fn of(rod: &mut Rod, state: &RodState) -> Self {
-        let elastic = rod.energy(&state.x, &state.base_director);
-        let (mut kinetic, mut momentum, mut angular_momentum) = (0.0, [0.0; 3], [0.0; 3]);
-        for (node, (x, v)) in state.x.as_chunks::<3>().0.iter().zip(state.v.as_chunks::<3>().0).enumerate() {
-            let p = v.map(|v| rod.node_mass(node) * v);
-            for k in 0..3 {
-                let (k1, k2) = ((k + 1) % 3, (k + 2) % 3);
-                kinetic += 0.5 * p[k] * v[k];
-                momentum[k] += p[k];
-                angular_momentum[k] += x[k1] * p[k2] - x[k2] * p[k1];
-            }
-        }
-        Self { elastic, kinetic, momentum, angular_momentum }
-    }
-}
 
 /// What a step did.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -162,60 +44,6 @@ pub struct RodStepReport {
     pub residual: f64,
 }
 
-/// Why a step could not be made; the state is then that before the step.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum RodDynamicsError {
-    /// A setting is out of range.
-    #[error("{name} is {value}, expected {expected}")]
-    Setting {
-        /// Its name.
-        name: &'static str,
-        /// Its value.
-        value: f64,
-        /// What was expected.
-        expected: &'static str,
-    },
-    /// Rod, load or state are refused, or the angles do not settle.
-    #[error(transparent)]
-    Rod(#[from] RodError),
-    /// The matrix of the step has no factor.
-    #[error("the matrix of the step at t = {t} s: {source}")]
-    Matrix {
-        /// Time before the step, s.
-        t: f64,
-        /// Why.
-        source: BandedError,
-    },
-    /// The minimisation is refused.
-    #[error(transparent)]
-    Nonlinear(#[from] NonlinearError),
-    /// Newton's method ended above the tolerance.
-    #[error(
-        "step at t = {t} s: {stop:?} after {iterations} iterations, residual {residual:e} N, threshold {threshold:e} N"
-    )]
-    NotConverged {
-        /// Time before the step, s.
-        t: f64,
-        /// Why it ended.
-        stop: Stop,
-        /// Iterations made.
-        iterations: usize,
-        /// Residual, N.
-        residual: f64,
-        /// What it should have come down to, N.
-        threshold: f64,
-    },
-    /// A number of the state at the end of the step is not finite.
-    #[error("node {node} has no finite place after the step at t = {t} s")]
-    NotFinite {
-        /// The first such node.
-        node: usize,
-        /// Time before the step, s.
-        t: f64,
-    },
-}
-
 /// Takes a rod through time; keeps what steps need to work.
 #[derive(Debug, Default)]
 pub struct RodIntegrator {
@@ -228,6 +56,9 @@ pub struct RodIntegrator {
     v_hat: Vec<f64>,
     force: Vec<f64>,
     twist: Vec<f64>,
+    /// Angles before the step.
+    angles: Vec<f64>,
+    /// The state at its end.
     next: RodState,
     scratch: [Vec<f64>; 2],
 }
@@ -279,16 +110,15 @@ impl RodIntegrator {
         step: &RodStep<'_>,
         state: &mut RodState,
     ) -> Result<RodStepReport, RodDynamicsError> {
-        self.begin(rod, step, state)?;
-        let angles = rod.angles().to_vec();
-        let made = self.attempt(rod, step, state);
-        match made {
+        self.angles.clear();
+        self.angles.extend_from_slice(rod.angles());
+        match self.begin(rod, step, state).and_then(|()| self.attempt(rod, step, state)) {
             Ok(report) => {
                 std::mem::swap(state, &mut self.next);
                 Ok(report)
             }
             Err(error) => {
-                rod.set_angles(&angles)?;
+                rod.set_angles(&self.angles)?;
                 Err(error)
             }
         }
@@ -304,7 +134,7 @@ impl RodIntegrator {
             ("loads", step.load.forces.len()),
             ("subspace", step.subspace.dim()),
         ] {
-            super::error::shape(name, len, dim)?;
+            shape(name, len, dim)?;
         }
         for (name, values) in [
             ("position", &state.x[..]),
@@ -313,7 +143,7 @@ impl RodIntegrator {
             ("load", &step.load.forces),
             ("couple", &step.load.couple),
         ] {
-            super::check_finite(name, values)?;
+            check_finite(name, values)?;
         }
         rod.settle_held(&state.x, &state.base_director, step.ends)?;
         self.mass.clear();
@@ -344,7 +174,9 @@ impl RodIntegrator {
         let settings = step.settings;
         let c = settings.scheme.coefficients(settings.dt);
         self.forces(rod, step, state);
-        self.next.clone_from(state);
+        self.next.x.clone_from(&state.x);
+        self.next.v.clone_from(&state.v);
+        self.next.a.clone_from(&state.a);
         step.subspace.project(&mut self.next.a);
         for i in 0..state.x.len() {
             self.x_hat[i] = state.x[i] + c.h * state.v[i] + c.u_a0 * self.next.a[i];
@@ -364,6 +196,9 @@ impl RodIntegrator {
         }
         next.t = report.t;
         next.base_director = parallel_transport(state.base_director, state.first_tangent(), next.first_tangent());
+        if next.base_director.iter().any(|d| !d.is_finite()) {
+            return Err(RodError::Degenerate { edge: 0 }.into());
+        }
         rod.settle_held(&next.x, &next.base_director, step.ends)?;
         Ok(report)
     }
@@ -376,33 +211,38 @@ impl RodIntegrator {
         state: &RodState,
         c: &Coefficients,
     ) -> Result<RodStepReport, RodDynamicsError> {
-        let settings = step.settings;
-        let mut kinds = match settings.tangent {
-            Tangent::Exact => [Tangent::Exact, Tangent::GaussNewton].iter(),
-            Tangent::GaussNewton => [Tangent::GaussNewton].iter(),
-        };
-        let mut factors = 0;
-        while let Some(&kind) = kinds.next() {
-            let exact = kind == Tangent::Exact;
-            // The derivatives of twist and of the couple are indefinite too.
-            rod.tangent(&state.x, &state.base_director, kind, exact && settings.implicit_twist, &mut self.stiffness);
-            if exact {
-                step.load.add_tangent(&state.x, &mut self.stiffness);
-            }
-            self.matrix.clone_from(&self.stiffness);
-            combine(&mut self.matrix, c.cx + c.cv * settings.damping.stiffness, None);
-            add_mass(&mut self.matrix, &self.mass, 1.0 + c.cv * settings.damping.mass);
-            factors += 1;
-            let factored = self.factor.factor(&self.matrix, step.subspace);
-            let definite = factored.is_ok() && self.factor.n_negative() == 0;
-            if definite || kinds.len() == 0 {
-                factored.map_err(|source| RodDynamicsError::Matrix { t: state.t, source })?;
-                self.solve_linearised(settings, state);
-                let gauss_newton = !exact;
-                return Ok(RodStepReport { t: state.t + c.h, factors, gauss_newton, residual: 0.0 });
-            }
+        let exact = step.settings.tangent == Tangent::Exact;
+        let definite = exact && matches!(self.build(rod, step, state, c, Tangent::Exact), Ok(true));
+        if !definite {
+            let built = self.build(rod, step, state, c, Tangent::GaussNewton);
+            built.map_err(|source| RodDynamicsError::Matrix { t: state.t, source })?;
         }
-        unreachable!("the last kind of tangent returns")
+        self.solve_linearised(step.settings, state);
+        let gauss_newton = exact && !definite;
+        Ok(RodStepReport { t: state.t + c.h, factors: 1 + usize::from(gauss_newton), gauss_newton, residual: 0.0 })
+    }
+
+    /// Factors the matrix of a linearised step; whether it is positive definite.
+    fn build(
+        &mut self,
+        rod: &mut Rod,
+        step: &RodStep<'_>,
+        state: &RodState,
+        c: &Coefficients,
+        kind: Tangent,
+    ) -> Result<bool, BandedError> {
+        // The derivatives of twist and of the couple are indefinite, as what the exact tangent has besides Gauss-Newton's.
+        let exact = kind == Tangent::Exact;
+        let twist = exact && step.settings.implicit_twist;
+        rod.tangent(&state.x, &state.base_director, kind, twist, &mut self.stiffness);
+        if exact {
+            step.load.add_tangent(&state.x, &mut self.stiffness);
+        }
+        let damping = step.settings.damping;
+        copy_scaled(&mut self.matrix, &self.stiffness, c.cx + c.cv * damping.stiffness);
+        add_mass(&mut self.matrix, &self.mass, 1.0 + c.cv * damping.mass);
+        self.factor.factor(&self.matrix, step.subspace)?;
+        Ok(self.factor.n_negative() == 0)
     }
 
     fn solve_linearised(&mut self, settings: &RodDynamicsSettings, state: &RodState) {
