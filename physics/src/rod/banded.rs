@@ -212,3 +212,107 @@ impl HessianPreconditioner<3> for BandedFactor {
         self.factor(hessian, w).is_ok()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{DMatrix, DVector, SymmetricEigen};
+    use proptest::prelude::*;
+    use stylet_solver::subspace::Constraint;
+
+    /// A symmetric matrix of `n` nodes with numbers from `entries`, `shift` added to the diagonal.
+    fn matrix(n: usize, entries: &[f64], shift: f64) -> BlockCsr<3> {
+        let mut next = entries.iter().copied().cycle();
+        let mut dense = DMatrix::zeros(3 * n, 3 * n);
+        for i in 0..3 * n {
+            for j in 0..=i {
+                if i / 3 - j / 3 <= REACH {
+                    dense[(i, j)] = next.next().unwrap_or(0.0);
+                    dense[(j, i)] = dense[(i, j)];
+                }
+            }
+            dense[(i, i)] += shift;
+        }
+        let mut sparse = BlockCsr::new(n);
+        for i in 0..n {
+            let columns: Vec<u32> = (i.saturating_sub(REACH)..(i + REACH + 1).min(n)).map(|j| j as u32).collect();
+            let block =
+                |j: u32| std::array::from_fn(|k| std::array::from_fn(|l| dense[(3 * i + k, 3 * j as usize + l)]));
+            sparse.set_row(i, &columns, &columns.iter().map(|&j| block(j)).collect::<Vec<_>>()).unwrap();
+        }
+        sparse
+    }
+
+    fn subspace(n: usize, held: &[u8]) -> Subspace<3> {
+        let mut w = Subspace::new(n);
+        for (node, kind) in held.iter().take(n).enumerate() {
+            let constraint = match kind {
+                0 => Constraint::Fixed,
+                1 => Constraint::Line([0.6, 0.0, 0.8]),
+                2 => Constraint::Plane([0.0, -0.8, 0.6]),
+                _ => Constraint::Free,
+            };
+            w.set(node, constraint).unwrap();
+        }
+        w
+    }
+
+    /// `P A P`.
+    fn projected(a: &BlockCsr<3>, w: &Subspace<3>) -> DMatrix<f64> {
+        let n = 3 * a.n_rows();
+        DMatrix::from_columns(
+            &(0..n)
+                .map(|j| {
+                    let (mut unit, mut column) = (vec![0.0; n], vec![0.0; n]);
+                    unit[j] = 1.0;
+                    w.project(&mut unit);
+                    stylet_solver::LinearOperator::apply(a, &unit, &mut column);
+                    w.project(&mut column);
+                    DVector::from_vec(column)
+                })
+                .collect::<Vec<_>>(),
+        )
+    }
+
+    proptest! {
+        #[test]
+        fn a_factor_solves_and_counts(
+            n in 1..9usize,
+            entries in proptest::collection::vec(-1.0..1.0f64, 60),
+            held in proptest::collection::vec(0..8u8, 9),
+            shift in prop_oneof![Just(12.0), -3.0..3.0f64],
+            x in proptest::collection::vec(-1.0..1.0f64, 27),
+        ) {
+            let (a, w) = (matrix(n, &entries, shift), subspace(n, &held));
+            let p = projected(&a, &w);
+            let mut x = x[..3 * n].to_vec();
+            w.project(&mut x);
+            let mut b = (&p * DVector::from_column_slice(&x)).as_slice().to_vec();
+            let eigen = SymmetricEigen::new(p).eigenvalues;
+            let smallest = eigen.iter().map(|e| e.abs()).filter(|&e| e > 1e-12).fold(f64::INFINITY, f64::min);
+            let mut factor = BandedFactor::new();
+            if shift < 12.0 && (factor.factor(&a, &w).is_err() || smallest < 1e-3) {
+                return Ok(()); // without exchanges of rows some indefinite matrices have no factor
+            }
+            factor.factor(&a, &w).unwrap();
+            prop_assert_eq!(factor.n_negative(), eigen.iter().filter(|&&e| e < -1e-12).count());
+            let small = factor.pivots.iter().map(|p| p.abs()).fold(f64::INFINITY, f64::min);
+            factor.solve(&mut b);
+            for (b, x) in b.iter().zip(&x) {
+                prop_assert!((b - x).abs() < 1e-9 / small.powi(2).min(1.0), "{b} for {x}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_has_no_factor_is_an_error() {
+        let mut factor = BandedFactor::new();
+        let a = matrix(3, &[0.5], 12.0);
+        assert_eq!(factor.factor(&a, &Subspace::new(2)), Err(BandedError::Shape { rows: 3, nodes: 2 }));
+        let singular = factor.factor(&matrix(3, &[1.0], 0.0), &Subspace::new(3));
+        assert!(matches!(singular, Err(BandedError::Singular { node: 0, .. })), "{singular:?}");
+        let mut wide = BlockCsr::<3>::new(4);
+        wide.set_row(3, &[0, 3], &[[[1.0; 3]; 3]; 2]).unwrap();
+        assert_eq!(factor.factor(&wide, &Subspace::new(4)), Err(BandedError::OutsideBand { row: 3, col: 0 }));
+    }
+}

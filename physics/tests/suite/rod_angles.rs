@@ -124,6 +124,24 @@ fn an_end_held_in_space_is_twisted_by_the_way_of_the_rod() {
 }
 
 #[test]
+fn another_discretisation_is_another_rod() {
+    let mut s = straight(4);
+    let (lengths, angles, natural) = ([0.03, 0.07, 0.1], [0.1, 0.2, 0.4], [[1.0, 0.0], [0.0, 2.0]]);
+    s.rod.replace(&lengths, &angles, &natural).unwrap();
+    let mut other = Rod::new(lengths.to_vec(), STIFFNESS, 1.0).unwrap();
+    other.set_angles(&angles).unwrap();
+    other.set_rest_curvatures(&natural).unwrap();
+    assert_eq!(s.rod, other);
+    let x = [0.0, 0.0, 0.0, 0.03, 0.0, 0.0, 0.1, 0.01, 0.0, 0.2, 0.0, 0.01];
+    assert_eq!(s.rod.energy(&x, &DIRECTOR), other.energy(&x, &DIRECTOR));
+    // Where it is finer or coarser, the mass follows.
+    let mass: f64 = (0..4).map(|node| s.rod.node_mass(node)).sum();
+    assert!((mass - 0.2).abs() < 1e-15);
+    s.rod.set_rest_length(1, 0.05).unwrap();
+    assert_eq!((s.rod.node_length(0), s.rod.node_length(1), s.rod.node_length(3)), (0.015, 0.04, 0.05));
+}
+
+#[test]
 fn bad_input_is_refused_and_changes_nothing() {
     let mut s = straight(4);
     let before = s.rod.clone();

@@ -219,8 +219,8 @@ fn orders(make: fn(RodDynamicsSettings) -> Run, solution: Solution, implicit_twi
 
 #[test]
 fn the_trapezoid_rule_is_of_second_order() {
-    let cases: [(fn(RodDynamicsSettings) -> Run, Solution); 3] =
-        [(curling, NEWTON), (tumbling, NEWTON), (tumbling, Solution::Linearised)];
+    type Make = fn(RodDynamicsSettings) -> Run;
+    let cases = [(curling as Make, NEWTON), (tumbling, NEWTON), (tumbling, Solution::Linearised)];
     for (make, solution) in cases {
         let orders = orders(make, solution, true);
         assert!(orders.iter().all(|order| (1.8..2.4).contains(order)), "{solution:?}: {orders:?}");

@@ -21,7 +21,7 @@ pub struct RodDynamicsSettings {
     /// Damping.
     pub damping: Damping,
     /// Residual of Newton's method as a share of elastic, inertial and external forces at the start of the step;
-    /// [`Rod::force_round_off`] is always allowed besides.
+    /// [`Rod::force_round_off`](crate::rod::Rod::force_round_off) is always allowed besides.
     pub tolerance: f64,
 }
 
