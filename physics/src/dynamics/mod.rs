@@ -51,6 +51,7 @@ pub use error::DynamicsError;
 pub use integrator::{Drive, Integrator};
 pub use preconditioner::StepPreconditioner;
 pub use report::{Balance, StepReport};
+pub(crate) use scheme::Coefficients;
 pub use scheme::Scheme;
 pub use settings::{Adaptive, Damping, DynamicsSettings, Solution};
 pub use state::State;

@@ -5,6 +5,8 @@ use super::corner::Edge;
 use super::error::shape;
 use super::frames::{bishop, transport, turned};
 use super::{Rod, RodError, check_finite};
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
 /// Torques below this share of what they are sums of are rounding errors.
@@ -14,6 +16,16 @@ const MAX_ITERATIONS: usize = 200;
 const SHORTEST: f64 = 1e-12;
 /// Share of the slope by which the energy must fall.
 const ARMIJO: f64 = 1e-4;
+
+/// How the ends of a rod are kept from spinning about their edge.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct HeldEnds {
+    /// Angle of the first edge relative to Bishop's frame, rad, if that edge is held.
+    pub start: Option<f64>,
+    /// Where the first director of the last edge points, if that edge is held: a vector across the edge.
+    pub end: Option<[f64; 3]>,
+}
 
 /// Vectors of the iteration, one entry for each edge.
 #[derive(Clone, Debug, Default)]
@@ -32,7 +44,8 @@ impl Rod {
     /// the number of iterations, zero where no system had to be solved.
     ///
     /// A naturally straight rod that neither end holds keeps the angle of its first edge. A rod of one edge is held by `start`
-    /// rather than by `end`. Of several equilibria of a naturally curved rod it finds a stable one near the angles that it has.
+    /// rather than by `end`. Of several equilibria of a naturally curved rod it finds one that the energy leads down to from the
+    /// angles that it has.
     ///
     /// Newton's method on the tridiagonal system, Bergou et al. (2008), section 5, with energies that fall.
     ///
@@ -82,6 +95,50 @@ impl Rod {
         settled
     }
 
+    /// [`settle_angles`](Self::settle_angles) with ends that are held in space, without torques.
+    ///
+    /// # Errors
+    /// As [`settle_angles`](Self::settle_angles), and as [`angle_towards`](Self::angle_towards).
+    ///
+    /// # Panics
+    /// If `x` does not have three numbers for each node.
+    pub fn settle_held(&mut self, x: &[f64], base_director: &[f64; 3], ends: &HeldEnds) -> Result<usize, RodError> {
+        let last = self.n_edges() - 1;
+        let end = ends.end.map(|director| self.angle_towards(x, base_director, last, &director)).transpose()?;
+        self.settle_angles(x, base_director, ends.start, end, None)
+    }
+
+    /// The angle at which the first director of an edge points along `director`, as far as that is across the edge: of all
+    /// that differ by whole turns the one nearest to the angle that the edge has.
+    ///
+    /// # Errors
+    /// [`RodError::Shape`] if there is no such edge, [`RodError::Degenerate`] if the rod has no frames there or `director` is along
+    /// the edge.
+    ///
+    /// # Panics
+    /// If `x` does not have three numbers for each node.
+    pub fn angle_towards(
+        &mut self,
+        x: &[f64],
+        base_director: &[f64; 3],
+        edge: usize,
+        director: &[f64; 3],
+    ) -> Result<f64, RodError> {
+        let near = *self.angles.get(edge).ok_or(RodError::Shape {
+            name: "edge",
+            found: edge,
+            expected: self.n_edges() - 1,
+        })?;
+        self.measure(x);
+        self.check_edges()?;
+        let director = Vector3::from(*director);
+        let frame = bishop(self.scratch.edges.iter().map(|e| e.tangent), base_director).nth(edge);
+        let Some([_, u, v]) = frame.filter(|[_, u, v]| director.dot(u).hypot(director.dot(v)) > 0.0) else {
+            return Err(RodError::Degenerate { edge });
+        };
+        Ok(nearest(director.dot(&v).atan2(director.dot(&u)), near))
+    }
+
     /// Torque about the first tangent that holds the base at its angle, N m: what bending and twist change by when the first
     /// edge is turned.
     ///
@@ -119,8 +176,7 @@ impl Rod {
         let before = bishop(tangents(from), from_director).zip(&self.angles);
         let carried = before.zip(bishop(tangents(to), to_director)).map(|((old, &angle), [t, u, v])| {
             let m1 = transport(&turned(&old, angle)[0], &old[0], &t);
-            let found = m1.dot(&v).atan2(m1.dot(&u));
-            angle + (found - angle) - TAU * ((found - angle) / TAU).round()
+            nearest(m1.dot(&v).atan2(m1.dot(&u)), angle)
         });
         let angles = &mut self.scratch.settling.step;
         angles.clear();
@@ -168,8 +224,8 @@ impl Rod {
             if torque <= ROUND_OFF * scale {
                 return Ok(iteration);
             }
-            let certain = self.direction(work, &held, true) || self.direction(work, &held, false);
-            if !certain {
+            let convex = self.direction(work, &held, true);
+            if !convex && !self.direction(work, &held, false) {
                 break;
             }
             let slope: f64 = work.step.iter().zip(&work.gradient).map(|(s, g)| s * g).sum();
@@ -183,8 +239,9 @@ impl Rod {
                 let change = self.turning_energy(work, torques) - before;
                 let old = torque;
                 (torque, scale) = self.torques(work, &held, torques);
-                // Close to the end the energy is all rounding errors; torques tell better.
-                if change <= ARMIJO * length * slope || (length == 1.0 && torque < 0.5 * old && change <= -slope) {
+                // Close to a minimum changes of the energy are all rounding errors; torques tell better.
+                let closer = convex && torque < 0.5 * old && change <= ROUND_OFF * scale;
+                if closer || change <= ARMIJO * length * slope {
                     break;
                 }
                 torque = old;
@@ -241,8 +298,8 @@ impl Rod {
         energy
     }
 
-    /// Newton's step from the tridiagonal Hessian, or from what is left of it when bending that would be negative counts for
-    /// nothing. False if the matrix is not positive definite.
+    /// Newton's step from the tridiagonal Hessian, or from one with the largest second derivative that bending has at any
+    /// angle, which lowers the energy wherever it starts. False if the matrix is not positive definite.
     fn direction(&self, work: &mut Settling, held: impl Fn(usize) -> bool, exact: bool) -> bool {
         let n = self.n_edges();
         let coupling = |node: usize| {
@@ -254,19 +311,21 @@ impl Rod {
         for j in 0..n {
             let ([c, s], (sin, cos)) = (work.waves[j], self.angles[j].sin_cos());
             let bending = c * cos + s * sin;
-            let mut diagonal = if exact { bending } else { bending.max(0.0) };
+            let mut diagonal = if exact { bending } else { c.hypot(s) };
             for node in [j, j + 1] {
                 if 0 < node && node < n {
                     diagonal += self.stiffness.twisting / self.node_length(node);
                 }
             }
-            let (mut pivot, mut rhs) = if held(j) { (1.0, 0.0) } else { (diagonal, -work.gradient[j]) };
+            // What nothing turns stays where it is.
+            let idle = held(j) || diagonal == 0.0;
+            let (mut pivot, mut rhs) = if idle { (1.0, 0.0) } else { (diagonal, -work.gradient[j]) };
             if j > 0 {
                 let off = coupling(j);
                 pivot -= off * off / work.diagonal[j - 1];
                 rhs -= off / work.diagonal[j - 1] * work.step[j - 1];
             }
-            let floor = if held(j) { 0.0 } else { n as f64 * f64::EPSILON * diagonal.abs() };
+            let floor = if idle { 0.0 } else { n as f64 * f64::EPSILON * diagonal.abs() };
             if pivot.is_nan() || pivot <= floor {
                 return false;
             }
@@ -279,6 +338,11 @@ impl Rod {
         }
         true
     }
+}
+
+/// `angle` plus the whole turns that bring it nearest to another one.
+fn nearest(angle: f64, near: f64) -> f64 {
+    angle - TAU * ((angle - near) / TAU).round()
 }
 
 fn check_balance(torques: &[f64]) -> Result<(), RodError> {

@@ -35,15 +35,28 @@
 
 mod angles;
 mod assembly;
+mod banded;
 mod corner;
+mod dynamics;
 mod error;
 mod frames;
+mod load;
+mod potential;
+mod statics;
 mod stiffness;
 mod stored;
 
+pub use angles::HeldEnds;
 pub use assembly::Tangent;
+pub use banded::{BandedError, BandedFactor};
+pub use dynamics::{
+    RodBalance, RodDynamicsError, RodDynamicsSettings, RodIntegrator, RodState, RodStep, RodStepReport,
+};
 pub use error::RodError;
 pub use frames::{Frame, parallel_transport};
+pub use load::RodLoad;
+pub use potential::RodPotential;
+pub use statics::{RodStaticError, RodStaticSettings, solve_rod};
 pub use stiffness::RodStiffness;
 
 use assembly::Scratch;

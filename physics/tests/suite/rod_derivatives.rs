@@ -1,9 +1,12 @@
 //! Forces and tangents of rods against differences of energies and forces, and what a rigid motion leaves as it is.
 
+use crate::support::allocations::allocations;
 use nalgebra::{Rotation3, Vector3};
 use proptest::prelude::*;
-use stylet_physics::rod::{Rod, RodStiffness, Tangent, parallel_transport};
+use stylet_physics::rod::{HeldEnds, Rod, RodLoad, RodPotential, RodStiffness, Tangent, parallel_transport};
 use stylet_solver::LinearOperator;
+use stylet_solver::check::{taylor_gradient, taylor_hessian};
+use stylet_solver::energy::Energy;
 use stylet_solver::sparse::BlockCsr;
 
 const DIRECTOR: [f64; 3] = [0.0, 1.0, 0.0];
@@ -217,7 +220,7 @@ fn a_known_tangent_is_written_in_place() {
     let mut force = vec![0.0; case.x.len()];
     let mut frames = Vec::with_capacity(5);
     case.rod.tangent(&case.x, &DIRECTOR, Tangent::GaussNewton, true, &mut matrix);
-    let allocated = crate::support::allocations::allocations(|| {
+    let allocated = allocations(|| {
         case.rod.add_force(&case.x, &DIRECTOR, &mut force);
         case.rod.add_twist_force(&case.x, &DIRECTOR, &mut force);
         case.rod.frames(&case.x, &DIRECTOR, &mut frames);
@@ -226,4 +229,53 @@ fn a_known_tangent_is_written_in_place() {
     assert_eq!(allocated, 0);
     assert_eq!(matrix, before);
     assert_eq!((matrix.row(0).0, matrix.row(3).0), (&[0, 1, 2][..], &[1, 2, 3, 4, 5][..]));
+}
+
+#[test]
+fn the_potential_of_a_loaded_rod_has_the_right_derivatives() {
+    // A straight rod has no twist when one end is free: the tangent is the whole second derivative.
+    let mut rod = Rod::new(vec![1.0, 0.8, 1.2, 1.0, 0.9], STIFFNESS, 1.0).unwrap();
+    let x = crate::support::random_vector(18, 0.4, 7);
+    let x: Vec<f64> = x.iter().enumerate().map(|(i, x)| x + if i % 3 == 0 { (i / 3) as f64 } else { 0.0 }).collect();
+    let load = RodLoad { forces: crate::support::random_vector(18, 1.0, 8), couple: [0.3, -0.7, 1.1] };
+    let ends = HeldEnds { start: Some(0.4), end: None };
+    let direction = crate::support::random_vector(18, 0.5, 9);
+    let mut potential = RodPotential::new(&mut rod, DIRECTOR, &load, &ends).unwrap();
+    for order in [taylor_gradient(&mut potential, &x, &direction), taylor_hessian(&mut potential, &x, &direction)] {
+        assert!((1.9..2.1).contains(&order), "order {order}");
+    }
+}
+
+#[test]
+fn held_ends_make_forces_that_are_the_gradient_of_what_is_left() {
+    // Naturally curved, wound up, both ends held in space on edges that stay where they are.
+    let mut rod = Rod::new(vec![1.0; 7], STIFFNESS, 1.0).unwrap();
+    let natural: Vec<[f64; 2]> = (0..6).map(|i| [0.3, 0.1 * f64::from(i)]).collect();
+    rod.set_rest_curvatures(&natural).unwrap();
+    rod.set_angles(&[0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0]).unwrap();
+    let x = crate::support::random_vector(24, 0.3, 17);
+    let x: Vec<f64> = x.iter().enumerate().map(|(i, x)| x + if i % 3 == 0 { (i / 3) as f64 } else { 0.0 }).collect();
+    let mut direction = crate::support::random_vector(24, 0.5, 19);
+    direction[..6].fill(0.0);
+    direction[18..].fill(0.0);
+    let load = RodLoad::new(8);
+    let ends = HeldEnds { start: Some(0.0), end: Some([0.1, -0.9, 0.2]) };
+    let mut potential = RodPotential::new(&mut rod, DIRECTOR, &load, &ends).unwrap();
+    let order = taylor_gradient(&mut potential, &x, &direction);
+    assert!((1.9..2.1).contains(&order), "order {order}");
+}
+
+#[test]
+fn places_without_frames_have_no_energy_to_stay_at() {
+    let mut rod = Rod::new(vec![1.0; 3], STIFFNESS, 1.0).unwrap();
+    let (load, ends) = (RodLoad::new(4), HeldEnds { start: Some(0.0), end: Some(DIRECTOR) });
+    let mut potential = RodPotential::new(&mut rod, DIRECTOR, &load, &ends).unwrap();
+    let folded = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0];
+    let flat = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 2.0, 0.0, 0.0];
+    for x in [folded, flat] {
+        assert_eq!(potential.value(&x), f64::INFINITY);
+        let mut g = [0.0; 12];
+        potential.gradient(&x, &mut g);
+        assert!(g.iter().any(|g| g.is_nan()));
+    }
 }

@@ -4,6 +4,7 @@
 pub mod allocations;
 pub mod halvings;
 pub mod multigrid;
+pub mod rods;
 
 use stylet_mesh::generate::kuhn_box;
 use stylet_mesh::{MeshChange, SimplexMesh, VertexId};
