@@ -1,5 +1,6 @@
 //! The tests of this crate in one program: laws and bodies are compiled once for all of them.
 
+mod insertion;
 mod support;
 
 mod antiplane;

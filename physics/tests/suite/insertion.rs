@@ -1,0 +1,320 @@
+//! Needles pushed into a block, held, turned and withdrawn.
+
+use stylet_mesh::generate::kuhn_box;
+use stylet_mesh::{CellId, VertexId};
+use stylet_physics::body::{Body, Density, MassKind};
+use stylet_physics::coupling::{CoupledSettings, CouplingMethod, SearchSettings, SlipState};
+use stylet_physics::dynamics::{DynamicsSettings, Scheme};
+use stylet_physics::insertion::{
+    BaseMotion, Insertion, InsertionError, InsertionReport, NeedleSettings, UniformInteraction,
+};
+use stylet_physics::material::FixedCorotated;
+use stylet_physics::rod::Tangent;
+use stylet_solver::subspace::{Constraint, Subspace};
+use stylet_solver::team::Team;
+
+type Block = Insertion<FixedCorotated>;
+
+const SIDE: f64 = 0.06;
+
+/// A block of gel of 6 cm, held everywhere but where the needle comes in.
+#[derive(Clone, Copy)]
+struct SetUp {
+    cells: usize,
+    young: f64,
+    dt: f64,
+    tolerance: f64,
+    method: CouplingMethod,
+    interaction: UniformInteraction,
+    threads: usize,
+}
+
+impl SetUp {
+    fn new() -> Self {
+        Self {
+            cells: 5,
+            young: 15e3,
+            dt: 0.02,
+            tolerance: 1e-5,
+            method: CouplingMethod::NullSpace,
+            interaction: UniformInteraction { friction: 12.0, viscosity: 200.0, cutting: 0.2 },
+            threads: 1,
+        }
+    }
+
+    fn build(&self) -> Block {
+        let n = self.cells;
+        let mesh = kuhn_box::<3, 4>([0.0; 3], [SIDE; 3], [n, n, n]).unwrap();
+        let mut body = Body::new(&mesh, FixedCorotated::from_young_poisson(self.young, 0.45).unwrap(), 1.0).unwrap();
+        body.set_mass(MassKind::Lumped, &Density::Uniform(1000.0)).unwrap();
+        let mut w = Subspace::new(mesh.n_vertex_slots());
+        for (node, x) in mesh.points().iter().enumerate() {
+            let held = x[0] > SIDE - 1e-9 || (1..3).any(|k| x[k] < 1e-9 || x[k] > SIDE - 1e-9);
+            if held {
+                w.set(node, Constraint::Fixed).unwrap();
+            }
+        }
+        let mut dynamics = DynamicsSettings::new(self.dt);
+        dynamics.damping.stiffness = 0.01;
+        let settings = CoupledSettings {
+            dynamics,
+            search: SearchSettings {
+                solve_tolerance: self.tolerance,
+                check_tolerance: self.tolerance.max(1e-3),
+                ..SearchSettings::default()
+            },
+            coupling: self.method,
+            tangent: Tangent::GaussNewton,
+            needle_scheme: Scheme::BackwardEuler,
+            reach: 0.2 * SIDE / n as f64,
+            gravity: [0.0; 3],
+        };
+        let team = if self.threads == 1 { Team::serial() } else { Team::new(self.threads) };
+        body.set_team(&team);
+        Insertion::new(mesh, body, w, settings, self.interaction, [0.0; 3], &team).unwrap()
+    }
+}
+
+/// A wire 2 mm before the skin.
+fn wire(y: f64, z: f64) -> NeedleSettings {
+    NeedleSettings::nitinol([-0.102, y, z], [1.0, 0.0, 0.0]).unwrap()
+}
+
+fn push(block: &mut Block, speed: f64, dt: f64, steps: usize) -> InsertionReport {
+    turn(block, BaseMotion { insert: speed, ..BaseMotion::default() }, dt, steps)
+}
+
+fn turn(block: &mut Block, motion: BaseMotion, dt: f64, steps: usize) -> InsertionReport {
+    let mut last = InsertionReport::default();
+    for _ in 0..steps {
+        last = block.step(&[motion], dt).unwrap();
+        assert_eq!(last.consistent, last.substeps, "friction states of step {}", block.state().step);
+    }
+    last
+}
+
+fn states(block: &Block) -> Vec<SlipState> {
+    block.needles()[0].nodes().iter().map(|node| node.state).collect()
+}
+
+/// The base bears the friction along the shaft and the force at the tip; the published sum of friction, cutting and viscosity.
+#[test]
+fn a_slow_needle_is_in_axial_equilibrium() {
+    let set_up = SetUp::new();
+    let mut block = set_up.build();
+    block.add_needle(wire(0.031, 0.0287)).unwrap();
+    push(&mut block, 0.01, 0.02, 200);
+    let needle = &block.needles()[0];
+    let friction: f64 = needle.forces.iter().sum();
+    // The limits of that step are those of the length that the needle had before it.
+    let drag: f64 = needle.nodes().iter().zip(&needle.slips).map(|(node, slip)| node.drag * slip / 0.02).sum();
+    assert!(needle.nodes().len() >= 3 && states(&block).iter().all(|&state| state == SlipState::Forward));
+    let base = needle.base_force[0];
+    println!("base {base} N, friction {friction} N, drag {drag} N, depth {} m", needle.depth());
+    assert!((base - friction - drag).abs() < 5e-3 * base, "{base} against {friction} + {drag}");
+    let depth = needle.depth();
+    let expected = 0.2 + 12.0 * depth + 200.0 * 0.01 * depth;
+    assert!((base - expected).abs() < 0.02 * expected, "{base} against {expected}");
+    // Withdrawn it has no tip force.
+    push(&mut block, -0.01, 0.02, 60);
+    let needle = &block.needles()[0];
+    let (base, depth) = (needle.base_force[0], needle.depth());
+    let expected = -(12.0 * depth + 200.0 * 0.01 * depth);
+    assert!(states(&block).iter().all(|&state| state == SlipState::Backward));
+    assert!((base - expected).abs() < 0.03 * expected.abs(), "{base} against {expected}");
+}
+
+/// How far the needle has slid past each of its nodes: where the node is along the needle, from the tip.
+fn places(block: &Block) -> Vec<(u32, f64)> {
+    let needle = &block.needles()[0];
+    let (entry, lengths) = (needle.shaft.entry(), needle.shaft.rod.rest_lengths());
+    let along = |k: usize| lengths[entry + k..].iter().sum();
+    needle.nodes().iter().enumerate().map(|(k, node)| (node.vertex, along(k))).collect()
+}
+
+/// Needle and tissue do not creep, held still and pulled below the limit.
+#[test]
+fn sticking_is_exact() {
+    let mut block = SetUp { cells: 3, ..SetUp::new() }.build();
+    block.add_needle(wire(0.031, 0.0287)).unwrap();
+    push(&mut block, 0.02, 0.02, 60);
+    for pull in [0.0, -2e-4] {
+        turn(&mut block, BaseMotion { insert: pull, ..BaseMotion::default() }, 0.02, 1);
+        push(&mut block, 0.0, 0.02, 1000);
+        assert!(states(&block).iter().all(|&state| state == SlipState::Static), "{:?}", states(&block));
+        let before = places(&block);
+        let mut slid = 0.0_f64;
+        for _ in 0..10_000 {
+            block.step(&[BaseMotion::default()], 0.02).unwrap();
+            slid += block.needles()[0].slips.iter().map(|slip| slip.abs()).fold(0.0, f64::max);
+        }
+        let after = places(&block);
+        assert_eq!(slid, 0.0);
+        for ((vertex, from), (other, to)) in before.into_iter().zip(after) {
+            assert_eq!(vertex, other);
+            assert!((from - to).abs() < 1e-9, "{from} {to}");
+        }
+    }
+}
+
+fn topology(block: &Block) -> (Vec<(CellId, [VertexId; 4])>, Vec<[f64; 3]>) {
+    let mesh = block.mesh();
+    let cells = mesh.cells().map(|cell| (cell, mesh.cell(cell))).collect();
+    (cells, mesh.vertices().map(|v| mesh.point(v)).collect())
+}
+
+/// In and out, with a bevel, several times: the mesh is the one that it was, and the block comes to rest.
+#[test]
+fn withdrawal_restores_the_mesh() {
+    let mut block = SetUp::new().build();
+    let before = topology(&block);
+    let volume = block.mesh().total_volume();
+    block.add_needle(NeedleSettings { bevel: 0.1, ..wire(0.031, 0.0287) }).unwrap();
+    for cycle in 0..3 {
+        let (mut smallest, mut largest) = (180.0_f64, 0.0_f64);
+        for step in 0..120 {
+            push(&mut block, 0.02, 0.02, 1);
+            let mesh = block.mesh().clone();
+            let (low, high) = block.remesher().angles_deg(&mesh);
+            if step >= 26 {
+                (smallest, largest) = (smallest.min(low), largest.max(high));
+            }
+            assert!((block.mesh().total_volume() - volume).abs() < 1e-12 * volume);
+        }
+        println!("cycle {cycle}: {smallest:.2} to {largest:.2} degrees");
+        assert!(smallest >= 10.3 && largest <= 160.0, "{smallest} to {largest} degrees");
+        let u = block.state().u.clone();
+        assert!(block.body().smallest_jacobian(&u).unwrap().1 > 0.0);
+        push(&mut block, 0.0, 0.02, 10);
+        push(&mut block, -0.02, 0.02, 125);
+        assert!(!block.needles()[0].is_inside());
+        assert!(topology(&block) == before, "the mesh differs after withdrawal {cycle}");
+    }
+    push(&mut block, 0.0, 0.02, 300);
+    assert!(block.state().u.iter().all(|u| u.abs() < 1e-6));
+}
+
+/// Four methods for the same coupled system agree within what they were asked for.
+#[test]
+fn four_methods_agree() {
+    let tip = |method| {
+        let mut block = SetUp { method, tolerance: 1e-9, ..SetUp::new() }.build();
+        block.add_needle(NeedleSettings { bevel: 0.1, ..wire(0.031, 0.0287) }).unwrap();
+        push(&mut block, 0.02, 0.02, 30);
+        let needle = &block.needles()[0];
+        (needle.shaft.tip(), needle.base_force)
+    };
+    let (tip0, force0) = tip(CouplingMethod::NullSpace);
+    for method in [CouplingMethod::KktCg, CouplingMethod::KktMinres, CouplingMethod::ConstraintPreconditioned] {
+        let (tip, force) = tip(method);
+        for k in 0..3 {
+            assert!((tip[k] - tip0[k]).abs() < 1e-7, "{method:?}: {tip:?} against {tip0:?}");
+            assert!((force[k] - force0[k]).abs() < 1e-4, "{method:?}: {force:?} against {force0:?}");
+        }
+    }
+}
+
+/// 1, 2 and 8 threads.
+#[test]
+fn bits_do_not_depend_on_threads() {
+    let run = |threads| {
+        let mut block = SetUp { cells: 9, threads, ..SetUp::new() }.build();
+        block.add_needle(NeedleSettings { bevel: 0.1, ..wire(0.031, 0.0287) }).unwrap();
+        push(&mut block, 0.02, 0.02, 40);
+        push(&mut block, -0.02, 0.02, 10);
+        let needle = &block.needles()[0];
+        (block.state().u.clone(), needle.shaft.x.clone(), needle.forces.clone())
+    };
+    let one = run(1);
+    assert!(one == run(2) && one == run(8));
+}
+
+/// A symmetric tip goes straight where nothing bends it; a bevel bends it, the other way when it is turned.
+#[test]
+fn a_bevel_steers_and_a_symmetric_tip_does_not() {
+    let none = UniformInteraction::default();
+    let end = |bevel: f64, angle: f64, interaction| {
+        let mut block = SetUp { interaction, ..SetUp::new() }.build();
+        block.add_needle(NeedleSettings { bevel, ..wire(0.03, 0.03) }).unwrap();
+        turn(&mut block, BaseMotion { spin: angle, ..BaseMotion::default() }, 1.0, 1);
+        push(&mut block, 0.02, 0.02, 120);
+        block.needles()[0].shaft.tip()
+    };
+    let straight = end(0.0, 0.0, none);
+    assert!((1..3).all(|k| (straight[k] - 0.03).abs() < 1e-3 * 0.046), "{straight:?}");
+    let full = UniformInteraction { friction: 12.0, viscosity: 200.0, cutting: 0.2 };
+    let (up, down) = (end(0.1, 0.0, full), end(0.1, std::f64::consts::PI, full));
+    let (right, plain) = (end(0.1, -std::f64::consts::FRAC_PI_2, full), end(0.0, 0.0, full));
+    println!("up {up:?} down {down:?} right {right:?} plain {plain:?}");
+    let (rise, fall) = (up[2] - plain[2], plain[2] - down[2]);
+    assert!(rise > 2e-3 && (rise - fall).abs() < 0.15 * rise, "{rise} and {fall}");
+    assert!((right[1] - plain[1] - rise).abs() < 0.2 * rise, "{right:?}");
+}
+
+/// Without friction a straight needle slides without force; what cannot be cut is dragged along.
+#[test]
+fn extreme_friction() {
+    let mut block = SetUp { interaction: UniformInteraction::default(), ..SetUp::new() }.build();
+    block.add_needle(wire(0.03, 0.03)).unwrap();
+    push(&mut block, 0.02, 0.02, 100);
+    let needle = &block.needles()[0];
+    assert!(needle.depth() > 0.037, "{}", needle.depth());
+    assert!(needle.base_force[0].abs() < 1e-6, "{:?}", needle.base_force);
+    let hard = UniformInteraction { friction: 1e9, viscosity: 0.0, cutting: 1e9 };
+    let mut block = SetUp { interaction: hard, ..SetUp::new() }.build();
+    block.add_needle(wire(0.03, 0.03)).unwrap();
+    let report = push(&mut block, 0.005, 0.02, 60);
+    assert!(report.trials <= 10);
+    let needle = &block.needles()[0];
+    assert!(needle.depth() == 0.0 && needle.is_inside());
+    assert!(needle.shaft.tip()[0] > 3.5e-3, "{:?}", needle.shaft.tip());
+}
+
+/// Fast needles, long steps, reversals: no blow-up, and the needle keeps its length.
+#[test]
+fn vigorous_motion_stays_bounded() {
+    for (speed, dt) in [(0.2, 0.02), (1.0, 0.01), (5.0, 0.002), (0.02, 0.2), (0.02, 2e-3)] {
+        let mut block = SetUp { cells: 4, dt, ..SetUp::new() }.build();
+        block.add_needle(NeedleSettings { bevel: 0.1, ..wire(0.031, 0.0287) }).unwrap();
+        let steps = (0.045 / (speed * dt)).ceil() as usize;
+        let mut speeds = vec![speed; steps];
+        speeds.extend([-speed, speed, -speed, speed].iter().flat_map(|&v| std::iter::repeat_n(v, steps.div_ceil(6))));
+        for speed in speeds {
+            let report = block.step(&[BaseMotion { insert: speed, ..BaseMotion::default() }], dt).unwrap();
+            assert_eq!(report.consistent, report.substeps);
+            let shaft = &block.needles()[0].shaft;
+            let rest: f64 = shaft.rod.rest_lengths().iter().sum();
+            let long: f64 = (1..shaft.n_nodes())
+                .map(|i| (0..3).map(|k| (shaft.x[3 * i + k] - shaft.x[3 * i - 3 + k]).powi(2)).sum::<f64>().sqrt())
+                .sum();
+            assert!((long / rest - 1.0).abs() < 0.01, "{speed} m/s, {dt} s: {long} of {rest}");
+            assert!(block.state().u.iter().all(|u| u.abs() < SIDE));
+        }
+    }
+}
+
+/// What cannot be set up, or goes on where nothing is: errors.
+#[test]
+fn bad_needles_are_refused() {
+    let mut block = SetUp { cells: 3, ..SetUp::new() }.build();
+    let inside = block.add_needle(NeedleSettings::nitinol([0.0, 0.03, 0.03], [1.0, 0.0, 0.0]).unwrap());
+    assert!(matches!(inside, Err(InsertionError::StartsInside { .. })), "{inside:?}");
+    for settings in [
+        NeedleSettings { length: f64::NAN, ..wire(0.03, 0.03) },
+        NeedleSettings { edge: 0.0, ..wire(0.03, 0.03) },
+        NeedleSettings { direction: [0.0; 3], ..wire(0.03, 0.03) },
+        NeedleSettings { bevel: 2.0, ..wire(0.03, 0.03) },
+        NeedleSettings { damping: -1.0, ..wire(0.03, 0.03) },
+        NeedleSettings { bevel_direction: [1.0, 0.0, 0.0], ..wire(0.03, 0.03) },
+    ] {
+        let refused = block.add_needle(settings);
+        assert!(matches!(refused, Err(InsertionError::Setting { .. })), "{refused:?}");
+    }
+    block.add_needle(wire(0.03, 0.03)).unwrap();
+    let pulled = (0..60).find_map(|_| block.step(&[BaseMotion { insert: -0.1, ..BaseMotion::default() }], 0.02).err());
+    assert!(matches!(pulled, Some(InsertionError::InSleeve { .. } | InsertionError::SleeveAtSkin { .. })), "{pulled:?}");
+    let mut block = SetUp { cells: 3, ..SetUp::new() }.build();
+    block.add_needle(wire(0.03, 0.03)).unwrap();
+    let out = (0..300).find_map(|_| block.step(&[BaseMotion { insert: 0.02, ..BaseMotion::default() }], 0.02).err());
+    assert!(matches!(out, Some(InsertionError::LeftTissue { .. })), "{out:?}");
+}
