@@ -14,6 +14,9 @@ const ROUND_OFF: f64 = 1e-12;
 const MAX_ITERATIONS: usize = 200;
 /// A step of Newton's method that must be shorter than this leads nowhere.
 const SHORTEST: f64 = 1e-12;
+/// What is added to the diagonal of a matrix that is not positive definite, in turn, as a share of the largest entry that bending
+/// can have there.
+const SHIFTS: [f64; 6] = [0.0, 1e-3, 1e-2, 0.1, 0.5, 2.0];
 /// Share of the slope by which the energy must fall.
 const ARMIJO: f64 = 1e-4;
 
@@ -47,7 +50,8 @@ impl Rod {
     /// rather than by `end`. Of several equilibria of a naturally curved rod it finds one that the energy leads down to from the
     /// angles that it has.
     ///
-    /// Newton's method on the tridiagonal system, Bergou et al. (2008), section 5, with energies that fall.
+    /// Newton's method on the tridiagonal system, Bergou et al. (2008), section 5, made definite where it is not, with energies
+    /// that fall.
     ///
     /// # Errors
     /// [`RodError::Shape`] and [`RodError::Entry`] for torques or held angles that do not fit, [`RodError::Degenerate`],
@@ -224,10 +228,9 @@ impl Rod {
             if torque <= ROUND_OFF * scale {
                 return Ok(iteration);
             }
-            let convex = self.direction(work, &held, true);
-            if !convex && !self.direction(work, &held, false) {
-                break;
-            }
+            let Some(shift) = self.definite_direction(work, &held) else {
+                return Err(RodError::NotSettled { iterations: iteration, torque });
+            };
             let slope: f64 = work.step.iter().zip(&work.gradient).map(|(s, g)| s * g).sum();
             let before = self.turning_energy(work, torques);
             work.start.clone_from(&self.angles);
@@ -240,7 +243,7 @@ impl Rod {
                 let old = torque;
                 (torque, scale) = self.torques(work, &held, torques);
                 // Close to a minimum changes of the energy are all rounding errors; torques tell better.
-                let closer = convex && torque < 0.5 * old && change <= ROUND_OFF * scale;
+                let closer = shift == 0.0 && torque < 0.5 * old && change <= ROUND_OFF * scale;
                 if closer || change <= ARMIJO * length * slope {
                     break;
                 }
@@ -298,9 +301,16 @@ impl Rod {
         energy
     }
 
-    /// Newton's step from the tridiagonal Hessian, or from one with the largest second derivative that bending has at any
-    /// angle, which lowers the energy wherever it starts. False if the matrix is not positive definite.
-    fn direction(&self, work: &mut Settling, held: impl Fn(usize) -> bool, exact: bool) -> bool {
+    /// Newton's step, with as much added to the diagonal as makes the matrix positive definite; how much that is.
+    fn definite_direction(&self, work: &mut Settling, held: impl Fn(usize) -> bool) -> Option<f64> {
+        let largest = work.waves.iter().map(|[c, s]| c.hypot(*s)).fold(0.0, f64::max);
+        // Bending takes no more than `largest` from the diagonal.
+        let shifts = SHIFTS.iter().map(|share| share * largest);
+        shifts.into_iter().find(|&shift| self.direction(work, &held, shift))
+    }
+
+    /// Newton's step from the tridiagonal Hessian with `shift` added to the diagonal. False if that is not positive definite.
+    fn direction(&self, work: &mut Settling, held: impl Fn(usize) -> bool, shift: f64) -> bool {
         let n = self.n_edges();
         let coupling = |node: usize| {
             let free = 0 < node && node < n && !held(node) && !held(node - 1);
@@ -310,8 +320,7 @@ impl Rod {
         work.step.clear();
         for j in 0..n {
             let ([c, s], (sin, cos)) = (work.waves[j], self.angles[j].sin_cos());
-            let bending = c * cos + s * sin;
-            let mut diagonal = if exact { bending } else { c.hypot(s) };
+            let mut diagonal = c * cos + s * sin + shift;
             for node in [j, j + 1] {
                 if 0 < node && node < n {
                     diagonal += self.stiffness.twisting / self.node_length(node);

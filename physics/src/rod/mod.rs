@@ -29,6 +29,26 @@
 //!
 //! An edge of no length, or a corner folded back onto itself, has no frames: the energy there is infinite or NaN, forces are NaN.
 //!
+//! ```
+//! use stylet_physics::rod::{HeldEnds, Rod, RodLoad, RodStaticSettings, RodStiffness, solve_rod};
+//! use stylet_solver::subspace::{Constraint, Subspace};
+//!
+//! // A nitinol wire of 0.2 m; half of the first edge is in the clamp.
+//! let (n, h) = (20, 0.2 / 19.5);
+//! let mut rod = Rod::new(vec![h; n], RodStiffness::round(60e9, 0.33, 0.83e-3)?, 3.5e-3)?;
+//! let mut x: Vec<f64> = (0..=n).flat_map(|i| [(i as f64 - 0.5) * h, 0.0, 0.0]).collect();
+//! let mut subspace = Subspace::new(n + 1);
+//! subspace.set(0, Constraint::Fixed)?;
+//! subspace.set(1, Constraint::Fixed)?;
+//! let mut load = RodLoad::new(n + 1);
+//! load.forces[3 * n + 1] = 0.01; // newtons, at the tip
+//! let (director, settings) = ([0.0, 1.0, 0.0], RodStaticSettings::default());
+//! solve_rod(&mut rod, director, &load, &HeldEnds::default(), &subspace, &mut x, &settings)?;
+//! let deflection = x[3 * n + 1]; // a beam: P L^3 / 3 EI, less a percent for the finite slope
+//! assert!((deflection / 0.01908 - 1.0).abs() < 0.01);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! Source: Bergou, Wardetzky, Robinson, Audoly & Grinspun, *Discrete Elastic Rods*, SIGGRAPH 2008; Bergou, Audoly, Vouga,
 //! Wardetzky & Grinspun, *Discrete Viscous Threads*, SIGGRAPH 2010 (frames carried in time); Spillmann & Teschner, *CoRdE*,
 //! SCA 2007.

@@ -136,6 +136,51 @@ fn a_clamped_rod_writhes_at_greenhills_torque() {
     assert_second_order("critical torque", &errors);
 }
 
+/// Derivative of all forces on a wound straight rod by the positions across its axis, with a minus, twisting moments constant:
+/// torques about the tangents of free ends have no potential, and it is not symmetric.
+fn lateral_jacobian(s: &mut Straight, moment: f64) -> DMatrix<f64> {
+    wind(&mut s.rod, moment);
+    let mut matrix = BlockCsr::new(0);
+    s.rod.tangent(&s.x, &DIRECTOR, Tangent::Exact, false, &mut matrix);
+    let mut jacobian = dense(&matrix);
+    for j in 0..s.x.len() {
+        let mut at = |h: f64| {
+            let (mut x, mut force) = (s.x.clone(), vec![0.0; s.x.len()]);
+            x[j] += h;
+            s.rod.add_twist_force(&x, &DIRECTOR, &mut force);
+            DVector::from_vec(force)
+        };
+        let h = 1e-4 * s.h;
+        let column = (at(-h) - at(h)) / (2.0 * h);
+        jacobian.column_mut(j).axpy(1.0, &column, 1.0);
+    }
+    let free: Vec<usize> = (0..s.x.len()).filter(|k| k % 3 > 0 && 3 <= *k && *k < s.x.len() - 3).collect();
+    jacobian.select_rows(&free).select_columns(&free)
+}
+
+#[test]
+fn a_rod_with_free_tangents_at_its_ends_has_a_bent_equilibrium_at_greenhills_torque() {
+    let l = 0.2;
+    let greenhill = TAU * WIRE.bending / l;
+    let errors = [10, 20, 40].map(|n| {
+        let mut s = Straight::new(l, n, [End::Pinned; 2], WIRE);
+        let mut smallest = |moment: f64| {
+            let values = lateral_jacobian(&mut s, moment).singular_values();
+            values.min()
+        };
+        let straight = smallest(0.0);
+        // The smallest singular value falls to zero and rises again: a search by thirds.
+        let (mut low, mut high) = (0.7 * greenhill, 1.3 * greenhill);
+        for _ in 0..40 {
+            let third = (high - low) / 3.0;
+            if smallest(low + third) < smallest(high - third) { high -= third } else { low += third }
+        }
+        assert!(smallest(low) < 1e-4 * straight, "{} of {straight}", smallest(low));
+        (low / greenhill - 1.0).abs()
+    });
+    assert_second_order("critical torque, free tangents", &errors);
+}
+
 fn dense(matrix: &BlockCsr<3>) -> DMatrix<f64> {
     let n = matrix.dim();
     let mut columns = DMatrix::zeros(n, n);
