@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 use stylet_tissue::stages::WITHIN_SOLVE;
-use stylet_tissue::summary::{BodySummary, NeedleSummary, Summary};
+use stylet_tissue::summary::{BodySummary, NeedleSummary, SteeringSummary, Summary};
 
 /// The summary as text: what came out, where the time went, where the files are.
 pub fn text(summary: &Summary, folder: Option<&Path>) -> String {
@@ -42,7 +42,7 @@ fn headline(summary: &Summary) -> String {
 
 /// What a step of this run is called.
 pub fn step_word(summary: &Summary) -> &'static str {
-    if summary.needle.is_some() { "cycle" } else { "step" }
+    if summary.needle.is_some() && summary.steering.is_none() { "cycle" } else { "step" }
 }
 
 fn seconds(s: f64) -> String {
@@ -68,7 +68,9 @@ fn facts(summary: &Summary) -> Vec<(&'static str, String)> {
             ),
         ),
     ];
-    if let Some(needle) = &summary.needle {
+    if let Some(steering) = &summary.steering {
+        steering_facts(steering, &mut facts);
+    } else if let Some(needle) = &summary.needle {
         needle_facts(needle, &mut facts);
     }
     if let Some(body) = &summary.body {
@@ -133,6 +135,53 @@ fn needle_facts(needle: &NeedleSummary, facts: &mut Vec<(&'static str, String)>)
     }
 }
 
+fn steering_facts(steering: &SteeringSummary, facts: &mut Vec<(&'static str, String)>) {
+    for needle in &steering.needles {
+        let (tip, depth) = (millimetres(&needle.tip, 2), fixed(1e3 * needle.depth_m, 2));
+        let most = fixed(1e3 * needle.max_depth_m, 2);
+        facts.push(("needle tip", format!("at {tip}, {depth} mm deep, at most {most} mm")));
+        let (force, push) = (tuple(&needle.base_force, 3), fixed(needle.max_push_n, 3));
+        facts.push(("base force", format!("{force} N, pushed with at most {push} N")));
+        facts.push(("needle nodes", format!("{} in the tissue, of which {} stick", needle.nodes, needle.sticking)));
+    }
+    let [least, largest] = steering.angles_deg;
+    facts.push(("all angles", format!("{least:.1} to {largest:.1} degrees over all steps, undeformed")));
+    facts.push((
+        "states",
+        format!(
+            "{:.2} trials a step, at most {}; {:.2} % of the steps consistent",
+            steering.trials_mean,
+            steering.trials_max,
+            100.0 * steering.consistent_share
+        ),
+    ));
+    let [median, late, longest] = steering.step_s.map(seconds);
+    facts.push(("frame", format!("{median} median, {late} 99th percentile, {longest} longest")));
+    if let Some(clearance) = steering.clearance_m {
+        facts.push(("clearance", format!("{} mm from what is fixed", fixed(1e3 * clearance, 2))));
+    }
+    for marker in &steering.markers {
+        if let Some(closest) = marker.closest_tip_m {
+            facts.push(("marker", format!("{}: a tip came within {} mm", marker.name, fixed(1e3 * closest, 2))));
+        }
+    }
+    for seed in &steering.seeds {
+        facts.push((
+            "seed",
+            format!("of {} mm depth, now at {}", fixed(1e3 * seed.depth_m, 1), millimetres(&seed.place, 2)),
+        ));
+    }
+    if let Some(error) = &steering.marker_error {
+        let shares = [error.below_1_mm, error.below_2_mm, error.below_3_mm].map(|share| fixed(100.0 * share, 1));
+        let rms = fixed(1e3 * error.rms_m, 3);
+        let [one, two, three] = shares;
+        facts.push((
+            "marker error",
+            format!("RMS {rms} mm of {} positions; below 1, 2, 3 mm: {one}, {two}, {three} %", error.count),
+        ));
+    }
+}
+
 fn millimetres(metres: &[f64], digits: usize) -> String {
     let scaled: Vec<f64> = metres.iter().map(|x| 1e3 * x).collect();
     tuple(&scaled, digits) + " mm"
@@ -184,7 +233,12 @@ fn files(folder: &Path, text: &mut String) {
     line(text, &format!("Files in {}:", folder.display()));
     for (name, about) in [
         ("mesh.svg", "the deformed mesh: look at this first"),
-        ("force.svg", "force at the base against insertion"),
+        ("force.svg", "force at the base"),
+        ("path.svg", "path of the tip, from two sides"),
+        ("states.svg", "friction states along the shaft over time"),
+        ("stages.svg", "time of each step by stage"),
+        ("markers.csv", "places of the markers over time"),
+        ("seeds.csv", "seeds that were left"),
         ("iterations.svg", "iterations of each cycle"),
         ("energy.svg", "strain, kinetic and load energy over time"),
         ("history.csv", "one row a step or cycle"),

@@ -5,6 +5,8 @@ use crate::exit::{Exit, Failure};
 use crate::output;
 use stylet_needle::builtin as needle;
 use stylet_needle::keys::TABLE as NEEDLE_TABLE;
+use stylet_steering as steering;
+use stylet_steering::keys::TABLE as STEERING_TABLE;
 use stylet_tissue::body::keys::TABLE as BODY_TABLE;
 use stylet_tissue::source::{self, BuiltIn};
 use stylet_tissue::{RunError, Scenario, body};
@@ -17,6 +19,10 @@ pub fn open(name_or_path: &str, assignments: &[String]) -> Result<Box<dyn Scenar
     let source = source::find(name_or_path, &all())?;
     // A scene belongs to the application that knows most of what it says; one that both know, to that of its stage.
     let unknown = (NEEDLE_TABLE.count_unknown(&source.text), BODY_TABLE.count_unknown(&source.text));
+    // Needles in the plural are flexible ones.
+    if stylet_scene::has_rows(&source.text, "needle") {
+        return Ok(Box::new(steering::open(&source, assignments)?));
+    }
     if unknown.0 < unknown.1 || unknown.0 == unknown.1 && stylet_scene::has_table(&source.text, "needle") {
         return Ok(Box::new(needle::read(&source, assignments)?));
     }
@@ -25,7 +31,7 @@ pub fn open(name_or_path: &str, assignments: &[String]) -> Result<Box<dyn Scenar
 
 /// The built-in scenes of all applications.
 fn all() -> Vec<BuiltIn> {
-    needle::SCENES.iter().chain(body::SCENES).copied().collect()
+    needle::SCENES.iter().chain(steering::SCENES).chain(body::SCENES).copied().collect()
 }
 
 /// Prints what was asked for.
@@ -36,8 +42,9 @@ pub fn execute(args: &ScenesArgs) -> Result<Exit, Failure> {
     let text = match &args.show {
         Some(name) => all().into_iter().find(|scene| scene.name == name).ok_or_else(|| unknown(name))?.toml.to_owned(),
         None if args.schema => format!(
-            "## Scenes with a needle\n\n{}\n## Scenes of bodies\n\n{}",
+            "## Scenes with a needle\n\n{}\n## Scenes of flexible needles\n\n{}\n## Scenes of bodies\n\n{}",
             NEEDLE_TABLE.schema(),
+            STEERING_TABLE.schema(),
             BODY_TABLE.schema()
         ),
         None => list(),

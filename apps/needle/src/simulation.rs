@@ -337,6 +337,7 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D> + 'static> stylet_tissue
                 first_unconverged_cycle: totals.first_unconverged,
             },
             needle: Some(self.needle_summary()),
+            steering: None,
             body: None,
             bytes: None,
             probes: probes.iter().map(|at| Probe { at: at.clone(), displacement: displacement_at(slab, at) }).collect(),

@@ -67,7 +67,7 @@ pub use error::{Place, Problem, SceneError};
 pub use kind::{Bound, Column, Kind};
 pub use load::{MAX_BYTES, load};
 pub use nearest::nearest;
-pub use read::has_table;
+pub use read::{has_rows, has_table};
 pub use table::{Key, Stage, Table};
 pub use value::{Row, Value};
 pub use words::Words;

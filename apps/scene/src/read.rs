@@ -14,6 +14,12 @@ pub fn has_table(text: &str, name: &str) -> bool {
     Document::parse(text).is_ok_and(|document| document.as_table().contains_table(name))
 }
 
+/// Whether a text is TOML with an array of tables of this name at its top, such as `[[needle]]`.
+pub fn has_rows(text: &str, name: &str) -> bool {
+    let rows = |item: &toml_edit::Item| item.is_array_of_tables() || item.is_array();
+    Document::parse(text).is_ok_and(|document| document.as_table().get(name).is_some_and(rows))
+}
+
 /// What a file says, checked but not yet stored.
 #[derive(Default)]
 struct Findings {

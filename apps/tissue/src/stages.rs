@@ -39,10 +39,20 @@ pub enum Stage {
     Release,
     /// Finding out what keeps a solve from an equilibrium.
     Diagnose,
+    /// Forces, stiffness and matrix of the tissue around a flexible needle.
+    Tissue,
+    /// Friction states along a flexible needle, and the solution of the coupled system.
+    Search,
+    /// Forces and matrix of flexible needles, and the limits of friction.
+    Needle,
+    /// The mesh follows the tip.
+    Remesh,
+    /// A flexible needle is read anew at the nodes that it has.
+    Reparameterise,
 }
 
 /// Number of stages.
-pub const N_STAGES: usize = 16;
+pub const N_STAGES: usize = 21;
 
 const NAMES: [&str; N_STAGES] = [
     "mesh",
@@ -61,6 +71,11 @@ const NAMES: [&str; N_STAGES] = [
     "rearrange",
     "release",
     "diagnose",
+    "tissue",
+    "search",
+    "needle",
+    "remesh",
+    "reparameterise",
 ];
 
 /// The name of a stage that stands within another one, whose seconds it shares.

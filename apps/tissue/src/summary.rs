@@ -38,6 +38,9 @@ pub struct Summary {
     /// The needle; absent where the scene has none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub needle: Option<NeedleSummary>,
+    /// Flexible needles, the first of which is also [`needle`](Self::needle); absent in other scenes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub steering: Option<SteeringSummary>,
     /// The body at the end of a run; absent in a scene with a needle.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub body: Option<BodySummary>,
@@ -89,6 +92,108 @@ pub struct NeedleSummary {
     pub nodes: usize,
     /// Those of them that stick.
     pub sticking: usize,
+}
+
+/// What flexible needles did in a run.
+#[derive(Clone, PartialEq, Debug, Default, Serialize)]
+pub struct SteeringSummary {
+    /// Time, s.
+    pub time_s: f64,
+    /// The needles at the end of the run.
+    pub needles: Vec<FlexibleNeedle>,
+    /// Trials of friction states by step: mean and most.
+    pub trials_mean: f64,
+    /// The most in one step.
+    pub trials_max: u64,
+    /// Parts that steps were made of, in all.
+    pub substeps: u64,
+    /// Parts that were given up and halved.
+    pub halvings: u64,
+    /// Share of the parts whose friction states satisfy all conditions.
+    pub consistent_share: f64,
+    /// Tips that the mesh could not follow at once.
+    pub blocked: u64,
+    /// Element stiffnesses that were evaluated.
+    pub elements_updated: u64,
+    /// Smallest and largest dihedral angle of the undeformed mesh over all steps, degrees.
+    pub angles_deg: [f64; 2],
+    /// Median, 99th percentile and largest of the wall times of the steps, s.
+    pub step_s: [f64; 3],
+    /// Least distance of a shaft from fixed regions in the undeformed body, m, negative inside; null without any.
+    pub clearance_m: Option<f64>,
+    /// Marked points of the body, where they are at the end.
+    pub markers: Vec<MarkerSummary>,
+    /// Seeds that were left.
+    pub seeds: Vec<SeedSummary>,
+    /// Against measured positions; absent without a file of them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub marker_error: Option<MarkerError>,
+}
+
+/// A flexible needle at the end of a run.
+#[derive(Clone, PartialEq, Debug, Default, Serialize)]
+pub struct FlexibleNeedle {
+    /// The tip, m.
+    pub tip: Vec<f64>,
+    /// The material point at the tip; where the tip is outside, the tip itself, m.
+    pub tip_reference: Vec<f64>,
+    /// Length in the tissue, m.
+    pub depth_m: f64,
+    /// The greatest length in the tissue in the run, m.
+    pub max_depth_m: f64,
+    /// Force of the sleeve on the needle, N.
+    pub base_force: Vec<f64>,
+    /// Moment of the sleeve about the base, N m.
+    pub base_torque: Vec<f64>,
+    /// The largest base force along the needle in the run, N.
+    pub max_push_n: f64,
+    /// Nodes shared with the tissue.
+    pub nodes: usize,
+    /// Those of them that stick.
+    pub sticking: usize,
+}
+
+/// A marked point of the body.
+#[derive(Clone, PartialEq, Debug, Default, Serialize)]
+pub struct MarkerSummary {
+    /// Its name.
+    pub name: String,
+    /// Where it is in the undeformed body, m.
+    pub at: [f64; 3],
+    /// Where it is at the end, m.
+    pub place: [f64; 3],
+    /// The least distance of a tip from it in the undeformed body, m; null if no tip was inside.
+    pub closest_tip_m: Option<f64>,
+}
+
+/// A seed that a needle has left.
+#[derive(Clone, PartialEq, Debug, Default, Serialize)]
+pub struct SeedSummary {
+    /// The needle, from 1.
+    pub needle: usize,
+    /// The depth that it was asked for, m.
+    pub depth_m: f64,
+    /// Its material point in the undeformed body, m.
+    pub at: [f64; 3],
+    /// Where it is at the end, m.
+    pub place: [f64; 3],
+}
+
+/// Distances of markers from where they were measured.
+#[derive(Clone, Copy, PartialEq, Debug, Default, Serialize)]
+pub struct MarkerError {
+    /// Positions that were compared.
+    pub count: usize,
+    /// Root of the mean square, m.
+    pub rms_m: f64,
+    /// The largest, m.
+    pub max_m: f64,
+    /// Shares below 1, 2 and 3 mm.
+    pub below_1_mm: f64,
+    /// Share below 2 mm.
+    pub below_2_mm: f64,
+    /// Share below 3 mm.
+    pub below_3_mm: f64,
 }
 
 /// A body without a needle at the end of a run.

@@ -17,12 +17,14 @@ mod error;
 mod interaction;
 mod needle;
 mod report;
+mod state;
 mod tip;
 
 pub use error::InsertionError;
 pub use interaction::{Interaction, UniformInteraction};
 pub use needle::{BaseMotion, Needle, NeedleSettings};
 pub use report::{InsertionReport, InsertionTimes};
+pub use state::InsertionState;
 
 use crate::body::Body;
 use crate::coupling::{CoupledIntegrator, CoupledSettings, CouplingError, SleeveMotion, SlipLimits, SlipState, triple};

@@ -577,6 +577,7 @@ impl<const D: usize, const N: usize, M: Law<D>> Simulation for Run<D, N, M> {
                 first_unconverged_cycle: 0,
             },
             needle: None,
+            steering: None,
             body: Some(self.body_summary()),
             bytes: Some(self.bytes()),
             probes: probes.iter().map(|at| Probe { at: at.clone(), displacement: self.displacement_at(at) }).collect(),

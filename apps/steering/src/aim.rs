@@ -1,0 +1,97 @@
+//! Whether needles start outside the tissue and can reach it.
+
+use crate::geometry::Geometry;
+use crate::motion::Motion;
+use stylet_mesh::geometry::cross;
+use stylet_physics::insertion::NeedleSettings;
+
+/// Checks a needle against the undeformed body: no part of it starts inside, its axis meets the body, and it is pushed far enough.
+/// The axis of a needle whose sleeve is moved is not looked at.
+///
+/// # Errors
+/// The column, what was found and what was expected.
+pub fn check(needle: &NeedleSettings, motion: &Motion, end: f64, geometry: &Geometry) -> Result<(), String> {
+    let along = |s: f64| -> [f64; 3] { std::array::from_fn(|k| needle.base[k] + s * needle.direction[k]) };
+    let parts = (needle.length / needle.edge).round().max(1.0) as usize;
+    let edge = needle.length / parts as f64;
+    for node in 0..parts + 2 {
+        let at = along((node as f64 - 1.0) * edge);
+        if let Some(found) = geometry.mesh.locate(at) {
+            let region = &geometry.regions[geometry.mesh.region(found.cell) as usize];
+            let what = if node <= 1 { "its base" } else { "a part of it" };
+            let fixed = if region.fixed { ", which is fixed" } else { "" };
+            return Err(format!(
+                "base: found {what} at {} m inside the tissue, in region {}{fixed}; expected all of the needle outside at the start",
+                point(&at),
+                region.name
+            ));
+        }
+    }
+    if motion.moves_sleeve() {
+        return Ok(());
+    }
+    let Some(distance) = first_hit(&needle.base, &needle.direction, geometry) else {
+        return Err(format!(
+            "direction: found an axis from {} along {} that misses the body, expected one that meets it; the body reaches {}",
+            point(&needle.base),
+            point(&needle.direction),
+            geometry.extent()
+        ));
+    };
+    let reached = needle.length + motion.inserted(motion.deepest(end, end / 1000.0));
+    if reached <= distance {
+        return Err(format!(
+            "motion: found a needle that comes {reached:.4} m out of its sleeve at most, expected more than the {distance:.4} m to the body"
+        ));
+    }
+    Ok(())
+}
+
+/// Distance along a ray to the surface of the body, m.
+fn first_hit(from: &[f64; 3], direction: &[f64; 3], geometry: &Geometry) -> Option<f64> {
+    let mesh = &geometry.mesh;
+    let hits = mesh.boundary_facets().filter_map(|(cell, facet)| {
+        let corners = mesh.corners(cell);
+        let mut others = (0..4).filter(|&k| k != facet).map(|k| corners[k]);
+        let [a, b, c] = std::array::from_fn(|_| others.next().unwrap_or(corners[facet]));
+        hit(from, direction, &[a, b, c])
+    });
+    hits.min_by(f64::total_cmp)
+}
+
+/// Where a ray meets a triangle (Möller and Trumbore 1997).
+fn hit(from: &[f64; 3], direction: &[f64; 3], [a, b, c]: &[[f64; 3]; 3]) -> Option<f64> {
+    let minus = |p: &[f64; 3], q: &[f64; 3]| -> [f64; 3] { std::array::from_fn(|k| p[k] - q[k]) };
+    let dot = |p: &[f64; 3], q: &[f64; 3]| (0..3).map(|k| p[k] * q[k]).sum::<f64>();
+    let (e1, e2) = (minus(b, a), minus(c, a));
+    let p = cross(direction, &e2);
+    let det = dot(&e1, &p);
+    if det == 0.0 {
+        return None;
+    }
+    let t = minus(from, a);
+    let u = dot(&t, &p) / det;
+    let q = cross(&t, &e1);
+    let v = dot(direction, &q) / det;
+    let s = dot(&e2, &q) / det;
+    (u >= 0.0 && v >= 0.0 && u + v <= 1.0 && s > 0.0).then_some(s)
+}
+
+fn point(x: &[f64; 3]) -> String {
+    format!("({:.4}, {:.4}, {:.4})", x[0], x[1], x[2])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Scene;
+
+    #[test]
+    fn the_way_to_the_body_is_measured() {
+        let geometry = Geometry::of(&Scene::default()).unwrap();
+        let distance = first_hit(&[-0.03, 0.041, 0.052], &[1.0, 0.0, 0.0], &geometry).unwrap();
+        assert!((distance - 0.03).abs() < 1e-12);
+        assert_eq!(first_hit(&[-0.03, 0.041, 0.052], &[-1.0, 0.0, 0.0], &geometry), None);
+        assert_eq!(first_hit(&[-0.03, 0.141, 0.052], &[1.0, 0.0, 0.0], &geometry), None);
+    }
+}

@@ -1,0 +1,224 @@
+//! The scenes of flexible needles that come with the program, and opening scenes.
+
+use crate::geometry::{Geometry, Surface};
+use crate::interaction::Fields;
+use crate::keys::{TABLE, name_of};
+use crate::markers::Measured;
+use crate::motion::Motion;
+use crate::run::{APP, Run, SavedRun};
+use crate::scene::Scene;
+use crate::tissue::{Tissue, subspace, tissues};
+use crate::{aim, needle};
+use std::sync::Arc;
+use std::time::Instant;
+use stylet_physics::insertion::NeedleSettings;
+use stylet_solver::subspace::Subspace;
+use stylet_tissue::source::{BuiltIn, Source};
+use stylet_tissue::stages::{Stage, Stages};
+use stylet_tissue::state::{Saved, check_same_scene};
+use stylet_tissue::{RunError, Scenario, Simulation};
+
+/// Needles at most: the history has columns for each.
+pub const MOST_NEEDLES: usize = 4;
+
+macro_rules! built_in {
+    ($name:literal, $about:literal) => {
+        BuiltIn { name: $name, about: $about, toml: include_str!(concat!("../scenes/", $name, ".toml")) }
+    };
+}
+
+/// The scenes of flexible needles that come with the program.
+pub const SCENES: &[BuiltIn] = &[
+    built_in!("prostate-flexible", "a flexible bevel-tip needle into a prostate and back, leaving seeds"),
+    built_in!("prostate-flexible-vigorous", "the same needle pushed fast, pulled and turned about"),
+    built_in!("prostate-stiff", "a stiff needle with a symmetric tip into the same tissue"),
+    built_in!("two-cylinders", "a bevel-tip needle turned so that it passes two rigid cylinders and meets a target"),
+    built_in!("gel-single-bend", "a bevel-tip needle bends through a gelatine phantom with markers"),
+    built_in!("gel-double-bend", "the same, turned by half a turn half way"),
+    built_in!("gel-vigorous", "the same phantom, with fast pushes and reversals"),
+    built_in!("two-needles", "two needles side by side in a gel, withdrawn one after the other"),
+];
+
+/// A scene that was read and checked, with its mesh.
+pub struct Opened(Arc<Setup>);
+
+/// All that a run is started from.
+pub(crate) struct Setup {
+    pub(crate) scene: Scene,
+    pub(crate) geometry: Geometry,
+    pub(crate) tissues: Vec<Tissue>,
+    pub(crate) held: Subspace<3>,
+    pub(crate) fields: Fields,
+    pub(crate) needles: Vec<NeedleSettings>,
+    pub(crate) motions: Vec<Motion>,
+    pub(crate) releases: Vec<Vec<f64>>,
+    /// Names and places of the markers.
+    pub(crate) points: Vec<(String, [f64; 3])>,
+    pub(crate) measured: Option<Measured>,
+    /// Surfaces of what is held.
+    pub(crate) fixed: Vec<Surface>,
+    /// End of the run, s.
+    pub(crate) end: f64,
+    pub(crate) stages: Stages,
+}
+
+/// Reads the text of a scene with `key=value` assignments on top, makes or reads its mesh, and checks that all goes together.
+///
+/// # Errors
+/// [`RunError`] in one line: the file, the key or line, what was found and what was expected.
+pub fn open(source: &Source, assignments: &[String]) -> Result<Opened, RunError> {
+    let Source { name, label, folder, .. } = source.clone();
+    let mut scene = Scene { name, label, folder, ..Scene::default() };
+    TABLE.read(&source.label, &source.text, &mut scene)?;
+    for assignment in assignments {
+        TABLE.set(&mut scene, assignment)?;
+    }
+    of_scene(scene).map(|setup| Opened(Arc::new(setup)))
+}
+
+/// Checks a scene and makes its mesh.
+fn of_scene(scene: Scene) -> Result<Setup, RunError> {
+    let label = scene.label.clone();
+    let refuse = |reason: String| RunError::Inconsistent { source_name: label.clone(), reason };
+    let count = scene.needles.len();
+    if !(1..=MOST_NEEDLES).contains(&count) {
+        return Err(refuse(format!("needle: found {count} needles, expected from 1 to {MOST_NEEDLES}")));
+    }
+    let by_row = |index: usize, reason: String| refuse(format!("needle (row {}): {reason}", index + 1));
+    let rows = || scene.needles.iter().enumerate();
+    let motions: Vec<Motion> =
+        rows().map(|(k, row)| Motion::of(row).map_err(|e| by_row(k, e))).collect::<Result<_, _>>()?;
+    let needles: Vec<NeedleSettings> =
+        rows().map(|(k, row)| needle::settings(row).map_err(|e| by_row(k, e))).collect::<Result<_, _>>()?;
+    let releases: Vec<Vec<f64>> =
+        rows().map(|(k, row)| needle::release(row).map_err(|e| by_row(k, e))).collect::<Result<_, _>>()?;
+    let end = scene.time.end.unwrap_or_else(|| motions.iter().map(Motion::end).fold(0.0, f64::max));
+    if end < scene.time.dt {
+        let dt = scene.time.dt;
+        return Err(refuse(format!("time.end: found an end at {end} s, expected at least time.dt = {dt} s")));
+    }
+    let mut stages = Stages::default();
+    let since = Instant::now();
+    let geometry = Geometry::of(&scene)?;
+    stages.lap(Stage::Mesh, since);
+    let tissues = tissues(&scene, &geometry).map_err(refuse)?;
+    let held = subspace(&scene, &geometry, &tissues).map_err(refuse)?;
+    let fields = Fields::of(&scene, &geometry).map_err(refuse)?;
+    for (k, (settings, motion)) in needles.iter().zip(&motions).enumerate() {
+        aim::check(settings, motion, end, &geometry).map_err(|reason| by_row(k, reason))?;
+    }
+    let points = points(&scene, &geometry).map_err(refuse)?;
+    let measured = measured(&scene, &points, end)?;
+    let held_regions = geometry.regions.iter().zip(&tissues).filter(|(_, tissue)| tissue.fixed);
+    let fixed: Result<_, String> = held_regions.map(|(region, _)| geometry.surface(&region.name)).collect();
+    let fixed = fixed.map_err(refuse)?;
+    Ok(Setup {
+        scene,
+        geometry,
+        tissues,
+        held,
+        fields,
+        needles,
+        motions,
+        releases,
+        points,
+        measured,
+        fixed,
+        end,
+        stages,
+    })
+}
+
+/// The markers of the shape and those of the scene.
+fn points(scene: &Scene, geometry: &Geometry) -> Result<Vec<(String, [f64; 3])>, String> {
+    let mut points = geometry.markers.clone();
+    for (index, row) in scene.points.iter().enumerate() {
+        let refuse = |reason: String| Err(format!("markers.point (row {}): {reason}", index + 1));
+        let name = name_of(row);
+        let at: [f64; 3] = row.value("at").map_or(Ok([0.0; 3]), |at| at.point())?;
+        if name.is_empty() || name.contains(',') {
+            return refuse(format!("name: found {name:?}, expected a word without commas"));
+        }
+        if points.iter().any(|(known, _)| known == name) {
+            return refuse(format!("name: found {name} once more, expected one marker of each name"));
+        }
+        if geometry.mesh.locate(at).is_none() {
+            return refuse(format!(
+                "at: found {at:?}, expected a point of the body, which reaches {}",
+                geometry.extent()
+            ));
+        }
+        points.push((name.to_owned(), at));
+    }
+    Ok(points)
+}
+
+fn measured(scene: &Scene, points: &[(String, [f64; 3])], end: f64) -> Result<Option<Measured>, RunError> {
+    let Some(file) = &scene.marker_file else { return Ok(None) };
+    let path = scene.folder.join(file);
+    let refuse = |reason: String| RunError::Inconsistent { source_name: path.display().to_string(), reason };
+    let text = std::fs::read_to_string(&path).map_err(|error| refuse(error.to_string()))?;
+    let names: Vec<&str> = points.iter().map(|(name, _)| name.as_str()).collect();
+    Measured::read(&text, &names, end).map(Some).map_err(refuse)
+}
+
+impl Scenario for Opened {
+    fn name(&self) -> &str {
+        &self.0.scene.name
+    }
+
+    fn dim(&self) -> usize {
+        3
+    }
+
+    fn frames_every(&self) -> usize {
+        usize::try_from(self.0.scene.output.frames).unwrap_or(0)
+    }
+
+    fn check_probes(&self, probes: &[Vec<f64>]) -> Result<(), RunError> {
+        let inside =
+            |at: &Vec<f64>| <[f64; 3]>::try_from(&at[..]).is_ok_and(|at| self.0.geometry.mesh.locate(at).is_some());
+        match probes.iter().find(|at| !inside(at)) {
+            Some(at) => {
+                let body = format!("body, which reaches {}", self.0.geometry.extent());
+                Err(RunError::Probe { at: at.clone(), body })
+            }
+            None => Ok(()),
+        }
+    }
+
+    fn start(&self, threads: usize) -> Result<Box<dyn Simulation>, RunError> {
+        Ok(Box::new(Run::start(Arc::clone(&self.0), threads)?))
+    }
+
+    fn resume(&self, saved: &Saved, threads: usize) -> Result<Box<dyn Simulation>, RunError> {
+        let refuse = |reason| RunError::State { path: "state".to_owned(), reason };
+        let saved: SavedRun = saved.decode(APP).map_err(refuse)?;
+        let mut scene = Scene::default();
+        TABLE.read("state", &saved.toml, &mut scene)?;
+        check_same_scene(&TABLE, &scene, &self.0.scene).map_err(refuse)?;
+        Ok(Box::new(Run::resume(Arc::clone(&self.0), saved, threads)?))
+    }
+
+    fn unreached(&self) -> String {
+        let solver = &self.0.scene.solver;
+        format!("solver.tolerance = {:e} within solver.max_iterations = {}", solver.tolerance, solver.max_iterations)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn built_in_scenes_survive_writing() {
+        for built_in in SCENES {
+            assert!(built_in.toml.lines().count() <= 70, "{}", built_in.name);
+            let mut scene = Scene::default();
+            TABLE.read(built_in.name, built_in.toml, &mut scene).unwrap();
+            let mut again = Scene::default();
+            TABLE.read("written", &TABLE.write(&scene), &mut again).unwrap();
+            assert_eq!(scene, again);
+        }
+    }
+}

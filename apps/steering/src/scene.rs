@@ -1,0 +1,262 @@
+//! What a scene of flexible needles is made of, as plain data.
+
+use std::path::PathBuf;
+use stylet_scene::{Row, Words};
+
+/// A scene. SI units, angles in rad.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct Scene {
+    /// The built-in name, or the stem of the file.
+    pub name: String,
+    /// What errors call the text.
+    pub label: String,
+    /// What paths in the file are relative to.
+    pub folder: PathBuf,
+    /// The tissue's mesh.
+    pub mesh: MeshStage,
+    /// What no region says.
+    pub material: MaterialStage,
+    /// Materials by region.
+    pub regions: Vec<Row>,
+    /// What is held.
+    pub support: SupportStage,
+    /// Steps.
+    pub time: TimeStage,
+    /// How states and solutions are found.
+    pub solver: SolverStage,
+    /// The needles.
+    pub needles: Vec<Row>,
+    /// Forces between needle and tissue.
+    pub friction: FrictionStage,
+    /// Forces by region.
+    pub friction_regions: Vec<Row>,
+    /// Skins and capsules.
+    pub membranes: Vec<Row>,
+    /// Measured positions.
+    pub marker_file: Option<String>,
+    /// Points to track.
+    pub points: Vec<Row>,
+    /// What is written while the scene runs.
+    pub output: OutputStage,
+}
+
+/// `[mesh]`
+#[derive(Clone, PartialEq, Debug)]
+pub struct MeshStage {
+    /// A built-in shape, or a file of shapes.
+    pub shape: Option<String>,
+    /// Edge of its lattice's cubes at borders, m.
+    pub resolution: Option<f64>,
+    /// A mesh file.
+    pub file: Option<String>,
+    /// Sides of a box, m.
+    pub size: Vec<f64>,
+    /// Its lower corner, m.
+    pub origin: Vec<f64>,
+    /// Parts along each side.
+    pub cells: Vec<f64>,
+}
+
+impl Default for MeshStage {
+    fn default() -> Self {
+        let [size, origin, cells] = [vec![0.1; 3], vec![0.0; 3], vec![8.0; 3]];
+        Self { shape: None, resolution: None, file: None, size, origin, cells }
+    }
+}
+
+/// `[material]`
+#[derive(Clone, PartialEq, Debug)]
+pub struct MaterialStage {
+    /// Constitutive law.
+    pub model: String,
+    /// Young's modulus, Pa.
+    pub young: f64,
+    /// Poisson's ratio.
+    pub poisson: f64,
+    /// Density, kg/m^3.
+    pub density: f64,
+    /// Viscosity over elasticity, s.
+    pub damping_time: f64,
+}
+
+impl Default for MaterialStage {
+    fn default() -> Self {
+        Self { model: "fixed-corotated".into(), young: 15e3, poisson: 0.45, density: 1000.0, damping_time: 0.01 }
+    }
+}
+
+/// `[support]`
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct SupportStage {
+    /// Sides of the box around the body whose nodes are held, with commas between.
+    pub sides: String,
+}
+
+/// How displacement and velocity follow from the acceleration.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub enum SchemeKind {
+    /// By beta and gamma.
+    Newmark,
+    /// Newmark with 1/4 and 1/2.
+    #[default]
+    Trapezoid,
+    /// Backward Euler.
+    BackwardEuler,
+}
+
+impl Words for SchemeKind {
+    const WORDS: &'static [(&'static str, Self)] =
+        &[("newmark", Self::Newmark), ("trapezoid", Self::Trapezoid), ("backward-euler", Self::BackwardEuler)];
+}
+
+/// How the change of an element is measured.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub enum LazyWord {
+    /// By its strain.
+    #[default]
+    Strain,
+    /// By its stiffness.
+    Stiffness,
+    /// By eq. (12) of Chentanez et al. (2009).
+    Rotation,
+}
+
+impl Words for LazyWord {
+    const WORDS: &'static [(&'static str, Self)] =
+        &[("strain", Self::Strain), ("stiffness", Self::Stiffness), ("rotation", Self::Rotation)];
+}
+
+/// `[time]`
+#[derive(Clone, PartialEq, Debug)]
+pub struct TimeStage {
+    /// Step, s.
+    pub dt: f64,
+    /// End of the run, s; left out: the last row of a motion.
+    pub end: Option<f64>,
+    /// Scheme of the tissue.
+    pub scheme: SchemeKind,
+    /// Newmark's beta.
+    pub beta: f64,
+    /// Newmark's gamma.
+    pub gamma: f64,
+    /// Change up to which stiffness is kept.
+    pub lazy: f64,
+    /// What of an element.
+    pub lazy_measure: LazyWord,
+    /// How far a needle may slide in a part of a step, m; left out: half an edge of the mesh.
+    pub reach: Option<f64>,
+}
+
+impl Default for TimeStage {
+    fn default() -> Self {
+        Self {
+            dt: 0.02,
+            end: None,
+            scheme: SchemeKind::default(),
+            beta: 0.25,
+            gamma: 0.5,
+            lazy: 0.0,
+            lazy_measure: LazyWord::default(),
+            reach: None,
+        }
+    }
+}
+
+/// How the coupled system is solved.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[non_exhaustive]
+pub enum Coupling {
+    /// In the null space of the constraints, with the exact block of the needles.
+    #[default]
+    NullSpace,
+}
+
+impl Words for Coupling {
+    const WORDS: &'static [(&'static str, Self)] = &[("null-space", Self::NullSpace)];
+}
+
+/// What the tissue is preconditioned with.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub enum PreconditionerKind {
+    /// The diagonal blocks.
+    #[default]
+    BlockJacobi,
+    /// Aggregates that move as one.
+    TwoLevel,
+}
+
+impl Words for PreconditionerKind {
+    const WORDS: &'static [(&'static str, Self)] =
+        &[("block-jacobi", Self::BlockJacobi), ("two-level", Self::TwoLevel)];
+}
+
+/// How friction states are found.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub enum SearchKind {
+    /// Algorithm 3 of Chentanez et al. (2009).
+    #[default]
+    Trials,
+    /// A complementarity solve on the condensed system.
+    Condensed,
+}
+
+impl Words for SearchKind {
+    const WORDS: &'static [(&'static str, Self)] = &[("trials", Self::Trials), ("condensed", Self::Condensed)];
+}
+
+/// `[solver]`
+#[derive(Clone, PartialEq, Debug)]
+pub struct SolverStage {
+    /// Form of the coupled system.
+    pub coupling: Coupling,
+    /// Preconditioner of the tissue.
+    pub preconditioner: PreconditionerKind,
+    /// Relative residual of the solution.
+    pub tolerance: f64,
+    /// Relative residual at which states are judged first.
+    pub check_tolerance: f64,
+    /// States that are tried.
+    pub max_trials: i64,
+    /// How states are found.
+    pub search: SearchKind,
+    /// Budget of one solve.
+    pub max_iterations: i64,
+}
+
+impl Default for SolverStage {
+    fn default() -> Self {
+        Self {
+            coupling: Coupling::default(),
+            preconditioner: PreconditionerKind::default(),
+            tolerance: 1e-5,
+            check_tolerance: 1e-3,
+            max_trials: 10,
+            search: SearchKind::default(),
+            max_iterations: 10_000,
+        }
+    }
+}
+
+/// `[friction]`
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct FrictionStage {
+    /// Dynamic friction along the shaft, N/m.
+    pub per_length: f64,
+    /// Viscous friction along the shaft, N s/m^2.
+    pub viscosity: f64,
+    /// Force that the tip needs to cut, N.
+    pub cutting: f64,
+}
+
+impl Default for FrictionStage {
+    fn default() -> Self {
+        Self { per_length: 12.0, viscosity: 200.0, cutting: 1.0 }
+    }
+}
+
+/// `[output]`
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub struct OutputStage {
+    /// A frame every so many steps; 0: the last state only.
+    pub frames: i64,
+}

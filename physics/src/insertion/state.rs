@@ -1,0 +1,95 @@
+//! A run of needles in tissue that is left, and gone on with.
+
+use super::{Insertion, InsertionError, InsertionTimes, Interaction, Needle};
+use crate::body::Body;
+use crate::coupling::{CoupledIntegrator, CoupledSettings};
+use crate::dynamics::{DynamicsError, State};
+use crate::material::Hyperelastic;
+use serde::{Deserialize, Serialize};
+use stylet_mesh::SimplexMesh;
+use stylet_mesh::remesh::Remesher;
+use stylet_solver::subspace::Subspace;
+use stylet_solver::team::Team;
+
+/// All that changes while needles move: the mesh with its needles, what is held, the motion of the tissue, the needles.
+/// Materials, settings and the interaction are the caller's.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct InsertionState {
+    mesh: SimplexMesh<3, 4>,
+    remesher: Remesher<3, 4>,
+    subspace: Subspace<3>,
+    state: State,
+    needles: Vec<Needle>,
+}
+
+impl InsertionState {
+    /// The mesh, which the body to go on with is made on.
+    #[must_use]
+    pub fn mesh(&self) -> &SimplexMesh<3, 4> {
+        &self.mesh
+    }
+}
+
+impl<M: Hyperelastic<3>> Insertion<M> {
+    /// The extreme dihedral angles, degrees, of all cells that needles have changed; `(180, 0)` if there is none.
+    pub fn remeshed_angles_deg(&mut self) -> (f64, f64) {
+        self.remesher.angles_deg(&self.mesh)
+    }
+
+    /// What [`resume`](Self::resume) needs.
+    #[must_use]
+    pub fn save(&self) -> InsertionState {
+        InsertionState {
+            mesh: self.mesh.clone(),
+            remesher: self.remesher.clone(),
+            subspace: self.subspace.clone(),
+            state: State { linearization: self.body.linearization(), ..self.state.clone() },
+            needles: self.needles.clone(),
+        }
+    }
+
+    /// Goes on from a saved state, with the same bits as the run that was saved: `body` is that of
+    /// [`InsertionState::mesh`] with the materials, the mass and the rules of the first run, settings and interaction are
+    /// those of the first run.
+    ///
+    /// # Errors
+    /// [`InsertionError::Dynamics`] if the body has no mass, or the state is that of another body.
+    pub fn resume(
+        saved: InsertionState,
+        body: Body<3, 4, M>,
+        settings: CoupledSettings,
+        interaction: impl Interaction + 'static,
+        gravity: [f64; 3],
+        team: &Team,
+    ) -> Result<Self, InsertionError> {
+        let InsertionState { mesh, remesher, subspace, state, needles } = saved;
+        let mut this = Self {
+            mesh,
+            body,
+            subspace,
+            remesher,
+            state,
+            needles,
+            integrator: CoupledIntegrator::new(settings, team),
+            interaction: Box::new(interaction),
+            gravity,
+            load: Vec::new(),
+            times: InsertionTimes::default(),
+            star: Vec::new(),
+            frames: Vec::new(),
+            shafts: Vec::new(),
+        };
+        if this.body.mass_kind().is_none() {
+            return Err(DynamicsError::NoMass.into());
+        }
+        // The body that was left may have kept rows of vertices that were gone.
+        let n = this.body.n_vertices();
+        for field in [&mut this.state.u, &mut this.state.v, &mut this.state.a] {
+            field.truncate(3 * n);
+        }
+        this.subspace.resize(n);
+        this.weigh();
+        this.integrator.tissue().resume(&mut this.body, &this.subspace, &this.state)?;
+        Ok(this)
+    }
+}
