@@ -2,7 +2,8 @@
 
 use crate::builtin::{MOST_NEEDLES, Setup};
 use crate::record::{Record, Trace};
-use crate::scene::{PreconditionerKind, SchemeKind, SearchKind};
+use crate::scene::{Coupling, PreconditionerKind, SchemeKind, SearchKind};
+use crate::tissue::common_damping;
 use crate::two_level::TwoLevelSteps;
 use crate::{frames, keys, picture, tissue};
 use serde::{Deserialize, Serialize};
@@ -10,8 +11,8 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 use stylet_mesh::{VertexId, quality};
-use stylet_physics::coupling::{CoupledSettings, SearchMethod, SearchSettings, SlipState};
-use stylet_physics::dynamics::{DynamicsSettings, Scheme};
+use stylet_physics::coupling::{CoupledSettings, CouplingMethod, SearchMethod, SearchSettings, SlipState};
+use stylet_physics::dynamics::{Damping, DynamicsSettings, Scheme};
 use stylet_physics::insertion::{BaseMotion, Insertion, InsertionError, InsertionState, InsertionTimes, Needle};
 use stylet_physics::material::Solid;
 use stylet_physics::rod::Tangent;
@@ -262,13 +263,14 @@ fn settings(opened: &Setup) -> CoupledSettings {
     };
     let whole = |n: i64| usize::try_from(n).unwrap_or(usize::MAX);
     let method = match solver.search {
-        SearchKind::Trials => SearchMethod::Trials,
+        SearchKind::Trials | SearchKind::Published => SearchMethod::Trials,
         SearchKind::Condensed => SearchMethod::Condensed,
     };
     CoupledSettings {
         dynamics: DynamicsSettings {
             scheme,
             max_inner_iterations: whole(solver.max_iterations),
+            damping: Damping { mass: 0.0, stiffness: common_damping(&opened.tissues, &opened.scene).unwrap_or(0.0) },
             ..DynamicsSettings::new(time.dt)
         },
         search: SearchSettings {
@@ -276,11 +278,19 @@ fn settings(opened: &Setup) -> CoupledSettings {
             check_tolerance: solver.check_tolerance.max(solver.tolerance),
             solve_tolerance: solver.tolerance,
             max_trials: whole(solver.max_trials),
+            estimate: solver.search == SearchKind::Trials,
+            condense_after: if solver.search == SearchKind::Published { None } else { Some(6) },
             ..SearchSettings::default()
+        },
+        coupling: match solver.coupling {
+            Coupling::NullSpace => CouplingMethod::NullSpace,
+            Coupling::KktCg => CouplingMethod::KktCg,
+            Coupling::KktMinres => CouplingMethod::KktMinres,
+            Coupling::Constraint => CouplingMethod::ConstraintPreconditioned,
         },
         tangent: Tangent::GaussNewton,
         needle_scheme: Scheme::BackwardEuler,
-        reach: time.reach.unwrap_or_else(|| 0.5 * opened.geometry.mean_edge()),
+        reach: time.reach.unwrap_or_else(|| 0.2 * opened.geometry.mean_edge()),
         gravity: [0.0; 3],
     }
 }

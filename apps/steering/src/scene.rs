@@ -139,6 +139,8 @@ pub struct TimeStage {
     pub beta: f64,
     /// Newmark's gamma.
     pub gamma: f64,
+    /// What resists the rate of deformation.
+    pub damping: DampingKind,
     /// Change up to which stiffness is kept.
     pub lazy: f64,
     /// What of an element.
@@ -155,7 +157,8 @@ impl Default for TimeStage {
             scheme: SchemeKind::default(),
             beta: 0.25,
             gamma: 0.5,
-            lazy: 0.0,
+            damping: DampingKind::default(),
+            lazy: 0.05,
             lazy_measure: LazyWord::default(),
             reach: None,
         }
@@ -169,10 +172,35 @@ pub enum Coupling {
     /// In the null space of the constraints, with the exact block of the needles.
     #[default]
     NullSpace,
+    /// Conjugate gradients on the indefinite matrix.
+    KktCg,
+    /// MINRES on it.
+    KktMinres,
+    /// Projected conjugate gradients, preconditioned by the constraints.
+    Constraint,
 }
 
 impl Words for Coupling {
-    const WORDS: &'static [(&'static str, Self)] = &[("null-space", Self::NullSpace)];
+    const WORDS: &'static [(&'static str, Self)] = &[
+        ("null-space", Self::NullSpace),
+        ("kkt-cg", Self::KktCg),
+        ("kkt-minres", Self::KktMinres),
+        ("constraint", Self::Constraint),
+    ];
+}
+
+/// What resists the rate at which tissue deforms.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub enum DampingKind {
+    /// The stiffness at the start of the step times the damping time, where that is the same everywhere; else viscosity.
+    #[default]
+    Tangent,
+    /// Kelvin and Voigt's viscosity, evaluated anew in each step.
+    Viscosity,
+}
+
+impl Words for DampingKind {
+    const WORDS: &'static [(&'static str, Self)] = &[("tangent", Self::Tangent), ("viscosity", Self::Viscosity)];
 }
 
 /// What the tissue is preconditioned with.
@@ -193,15 +221,18 @@ impl Words for PreconditionerKind {
 /// How friction states are found.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum SearchKind {
-    /// Algorithm 3 of Chentanez et al. (2009).
+    /// Trials, those that fail followed by what the exact block of the needles says of the next states.
     #[default]
     Trials,
+    /// Algorithm 3 of Chentanez et al. (2009), and nothing else.
+    Published,
     /// A complementarity solve on the condensed system.
     Condensed,
 }
 
 impl Words for SearchKind {
-    const WORDS: &'static [(&'static str, Self)] = &[("trials", Self::Trials), ("condensed", Self::Condensed)];
+    const WORDS: &'static [(&'static str, Self)] =
+        &[("trials", Self::Trials), ("published", Self::Published), ("condensed", Self::Condensed)];
 }
 
 /// `[solver]`

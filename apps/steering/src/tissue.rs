@@ -16,6 +16,8 @@ pub struct Tissue {
     pub law: Solid,
     /// kg/m^3.
     pub density: f64,
+    /// Viscosity over elasticity, s.
+    pub damping_time: f64,
     /// None where it has no viscosity.
     pub viscosity: Option<Viscosity>,
     /// Whether its nodes are held.
@@ -41,17 +43,27 @@ pub fn tissues(scene: &Scene, geometry: &Geometry) -> Result<Vec<Tissue>, String
         let model = word.or(own.model.as_deref()).unwrap_or(&base.model);
         let (young, poisson) = (number("young", own.young, base.young), number("poisson", own.poisson, base.poisson));
         let law = Solid::from_young_poisson(model, young, poisson).map_err(|error| error.to_string())?;
-        let viscosity = match number("damping_time", None, base.damping_time) {
+        let damping_time = number("damping_time", None, base.damping_time);
+        let viscosity = match damping_time {
             0.0 => None,
             time => Some(Viscosity::kelvin_voigt(law.lame(), time).map_err(|error| error.to_string())?),
         };
         let fixed = row.and_then(|row| row.value("fixed")?.bool().ok()).unwrap_or(region.fixed);
-        Ok(Tissue { law, density: number("density", own.density, base.density), viscosity, fixed })
+        let density = number("density", own.density, base.density);
+        Ok(Tissue { law, density, damping_time, viscosity, fixed })
     };
     let named = |region: &crate::geometry::Region| {
         tissue(region).map_err(|reason: String| format!("region {}: {reason}", region.name))
     };
     geometry.regions.iter().map(named).collect()
+}
+
+/// The damping time of all tissue, s, if the stiffness times that is to stand for viscosity: it costs no evaluation.
+#[must_use]
+pub fn common_damping(tissues: &[Tissue], scene: &Scene) -> Option<f64> {
+    let first = tissues.first()?.damping_time;
+    let same = tissues.iter().all(|tissue| tissue.damping_time == first);
+    (scene.time.damping == crate::scene::DampingKind::Tangent && same).then_some(first)
 }
 
 /// The body on a mesh, with mass and viscosity.
@@ -72,7 +84,7 @@ pub fn body(
     body.set_team(team);
     body.set_mass(MassKind::Lumped, &Density::ByRegion(densities)).map_err(|error| format!("mass: {error}"))?;
     for (region, tissue) in by_region() {
-        if let Some(viscosity) = tissue.viscosity {
+        if let (Some(viscosity), None) = (tissue.viscosity, common_damping(tissues, scene)) {
             body.set_viscosity(region, viscosity).map_err(|error| format!("damping_time: {error}"))?;
         }
     }
