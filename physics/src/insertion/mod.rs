@@ -43,6 +43,9 @@ const MAX_HALVINGS: u32 = 12;
 /// Slower than this, in metres by step, a node has not slid.
 const STILL: f64 = 1e-15;
 
+/// Rounding of barycentric coordinates.
+const ON_FACE: f64 = 1e-9;
+
 /// Tissue with needles in it, in motion.
 pub struct Insertion<M> {
     mesh: SimplexMesh<3, 4>,
@@ -379,7 +382,10 @@ impl<M: Hyperelastic<3>> Insertion<M> {
         self.mesh.cells().find(|&cell| {
             let corners = self.mesh.cell(cell).map(|v| positions[v.index()]);
             let lambda = stylet_mesh::geometry::barycentric(&corners, at);
-            lambda.is_some_and(|lambda| lambda.iter().all(|&l| l > 0.0))
+            // On a face between two cells it is inside; on the skin it is not.
+            let skin = |facet: usize| self.mesh.boundary_tag(cell, facet).is_some();
+            let inside = |(facet, l): (usize, &f64)| if skin(facet) { *l > ON_FACE } else { *l >= -ON_FACE };
+            lambda.is_some_and(|lambda| lambda.iter().enumerate().all(inside))
         })
     }
 }

@@ -1,6 +1,5 @@
 //! The tests of this crate in one program: laws and bodies are compiled once for all of them.
 
-mod insertion;
 mod support;
 
 mod antiplane;
@@ -19,15 +18,9 @@ mod material_points;
 mod patch;
 mod plane_stress;
 mod regions;
-mod rod_angles;
-mod rod_buckling;
-mod rod_derivatives;
-mod rod_dynamics;
-mod rod_statics;
 mod slab_load;
 mod solid_loads;
 mod stability;
 mod statics;
-mod stick_slip;
 mod time_stepping;
 mod viscous;

@@ -312,7 +312,10 @@ fn bad_needles_are_refused() {
     }
     block.add_needle(wire(0.03, 0.03)).unwrap();
     let pulled = (0..60).find_map(|_| block.step(&[BaseMotion { insert: -0.1, ..BaseMotion::default() }], 0.02).err());
-    assert!(matches!(pulled, Some(InsertionError::InSleeve { .. } | InsertionError::SleeveAtSkin { .. })), "{pulled:?}");
+    assert!(
+        matches!(pulled, Some(InsertionError::InSleeve { .. } | InsertionError::SleeveAtSkin { .. })),
+        "{pulled:?}"
+    );
     let mut block = SetUp { cells: 3, ..SetUp::new() }.build();
     block.add_needle(wire(0.03, 0.03)).unwrap();
     let out = (0..300).find_map(|_| block.step(&[BaseMotion { insert: 0.02, ..BaseMotion::default() }], 0.02).err());
