@@ -35,6 +35,7 @@ const SPEED: f64 = 0.02;
 type Tissue = Insertion<FixedCorotated>;
 
 /// A needle, and how it is turned while it is pushed.
+#[derive(Clone, Copy)]
 struct Trial {
     name: &'static str,
     stiffness: RodStiffness,
@@ -115,10 +116,10 @@ fn trials() -> Result<Vec<Trial>, Box<dyn Error>> {
         spin: 0.0,
     };
     Ok(vec![
-        wire("nitinol wire 0.58 mm", 0.58e-3, 0.0)?,
         wire("nitinol wire 0.83 mm", 0.83e-3, 0.0)?,
         wire("the same, spun", 0.83e-3, 4.0 * std::f64::consts::PI)?,
-        tube,
+        Trial { name: "steel tube 18 G", ..tube },
+        Trial { name: "the same, symmetric tip", bevel: 0.0, ..tube },
     ])
 }
 
