@@ -213,7 +213,7 @@ mod tests {
     #[test]
     fn built_in_scenes_survive_writing() {
         for built_in in SCENES {
-            assert!(built_in.toml.lines().count() <= 70, "{}", built_in.name);
+            assert!(built_in.toml.lines().count() <= 60, "{}", built_in.name);
             let mut scene = Scene::default();
             TABLE.read(built_in.name, built_in.toml, &mut scene).unwrap();
             let mut again = Scene::default();

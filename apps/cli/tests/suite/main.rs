@@ -16,4 +16,5 @@ mod runs;
 mod schema;
 mod sheets;
 mod solve;
+mod steering;
 mod streams;

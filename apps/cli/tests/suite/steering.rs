@@ -1,0 +1,112 @@
+//! Flexible needles by the command line.
+
+use crate::support::{Folder, json, refuses, stderr, table, without_seconds};
+
+/// In for 20 mm and out again in 0.8 s.
+const GEL: &str = r#"
+[mesh]
+size = [0.06, 0.05, 0.05]
+cells = [5, 4, 4]
+[support]
+sides = "bottom, right"
+[friction]
+cutting = 0.2
+[[needle]]
+base = [-0.021, 0.026, 0.024]
+direction = [1.0, 0.0, 0.0]
+bevel = 0.1
+motion = [
+    { t = 0.0, insert = 0.05 }, { t = 0.4, insert = 0.05 },
+    { t = 0.4, insert = -0.06 }, { t = 0.8, insert = -0.06 },
+]
+[[markers.point]]
+name = "a"
+at = [0.03, 0.03, 0.05]
+"#;
+
+#[test]
+fn a_run_writes_its_files_and_goes_on_from_a_state() {
+    let folder = Folder::new();
+    let scene = folder.file("gel.toml", GEL);
+    let summary = json(
+        &folder.succeed(&format!("run {scene} --out whole --json --quiet --set output.frames=20 --save-state 25")),
+    );
+    assert_eq!((summary["converged"].as_bool(), summary["steps"].as_u64()), (Some(true), Some(40)));
+    assert!(summary["needle"]["base_force"].as_array().unwrap().len() == 3);
+    assert_eq!(summary["steering"]["consistent_share"], 1.0);
+    for stage in ["tissue", "search", "needle", "remesh", "reparameterise"] {
+        assert!(summary["stages"][stage]["calls"].as_u64().unwrap() >= 40, "{stage}: {summary}");
+    }
+    for name in [
+        "mesh.svg",
+        "path.svg",
+        "force.svg",
+        "states.svg",
+        "stages.svg",
+        "markers.csv",
+        "body.pvd",
+        "needle.pvd",
+        "frames/step_000020.vtu",
+        "frames/needle_000020.vtu",
+        "frames/needle_000040.vtu",
+        "state/step_000025.state",
+    ] {
+        assert!(folder.has(&format!("whole/{name}")), "{name}");
+    }
+    let (head, rows) = table(&folder.read("whole/history.csv"));
+    assert_eq!(head[..3], ["step", "time_s", "depth_m"]);
+    assert!(head.contains(&"base_torque_z".to_owned()) && head.contains(&"search_s".to_owned()));
+    assert_eq!(rows.len(), 40);
+    folder.succeed(&format!("run {scene} --out rest --quiet --resume whole/state/step_000025.state"));
+    let [whole, rest] = ["whole", "rest"].map(|run| without_seconds(&folder.read(&format!("{run}/history.csv"))));
+    assert_eq!(whole, rest);
+    assert_eq!(folder.read("whole/markers.csv"), folder.read("rest/markers.csv"));
+}
+
+#[test]
+fn a_step_that_cannot_be_made_keeps_what_is_there() {
+    let folder = Folder::new();
+    // Through the block and out at its back.
+    let scene = folder.file(
+        "through.toml",
+        GEL.replace(
+            "{ t = 0.4, insert = 0.05 }",
+            "{ t = 0.4, insert = 0.05 }, { t = 0.4, insert = 0.06 }, { t = 2.0, insert = 0.06 }",
+        )
+        .replace("{ t = 0.4, insert = -0.06 }, { t = 0.8, insert = -0.06 },", ""),
+    );
+    let output = folder.run(&format!("run {scene} --out out --quiet"));
+    let line = stderr(&output);
+    assert_eq!(output.status.code(), Some(3), "{line}");
+    assert!(
+        line.lines().count() == 1 && line.contains("needle 1") && line.contains("node") && line.contains("files kept"),
+        "{line}"
+    );
+    let summary = json(&folder.read("out/summary.json"));
+    assert!(summary["failure"].is_string() && summary["steering"]["needles"][0]["depth_m"].as_f64().unwrap() > 0.03);
+    assert!(folder.has("out/mesh.svg") && folder.has("out/history.csv"));
+}
+
+#[test]
+fn bad_input_is_one_line() {
+    let folder = Folder::new();
+    let base = "base = [-0.021, 0.026, 0.024]";
+    for (from, to, parts) in [
+        (base, "base = [0.02, 0.026, 0.024]", &["needle (row 1): base", "inside the tissue"][..]),
+        (base, "base = [-0.021, 0.126, 0.024]", &["misses the body"]),
+        ("bevel = 0.1", "bending = -0.1", &["gel.toml:11: needle.bending (row 1): found -0.1"]),
+        ("cutting = 0.2", "per_length = -1", &["friction.per_length: found -1"]),
+        ("{ t = 0.4, insert = 0.05 }", "{ t = 0.9, insert = 0.05 }", &["motion (row 3): t: found 0.4 s after 0.9 s"]),
+        ("[support]", "[[region]]\nname = \"bone\"\n[support]", &["region (row 1): name: found region bone"]),
+        (
+            "[[markers.point]]",
+            "[markers]\nfile = \"m.csv\"\n[[markers.point]]",
+            &["m.csv", "line 3: found 3 columns, expected 4"],
+        ),
+    ] {
+        folder.file("m.csv", "time_s,a_x,a_y,a_z\n0.1,0,0,0\n0.2,0,0\n");
+        let scene = folder.file("gel.toml", GEL.replace(from, to));
+        refuses(&folder, &format!("run {scene} --out none"), parts);
+        assert!(!folder.has("none"));
+    }
+}

@@ -1,0 +1,125 @@
+//! What cannot be run is refused in one line that names it.
+
+use crate::support::{GEL, try_open};
+
+fn refusal(text: &str) -> String {
+    let error = try_open(text, &[]).err().unwrap_or_else(|| panic!("accepted: {text}"));
+    let line = error.to_string();
+    assert!(error.is_bad_input() && !line.contains('\n') && line.starts_with("gel.toml"), "{line}");
+    line
+}
+
+#[track_caller]
+fn refused(from: &str, to: &str, parts: &[&str]) {
+    let text = GEL.replace(from, to);
+    assert_ne!(text, GEL);
+    let line = refusal(&text);
+    for part in parts {
+        assert!(line.contains(part), "no `{part}` in: {line}");
+    }
+}
+
+const BASE: &str = "base = [-0.021, 0.031, 0.029]";
+
+#[test]
+fn needles_that_start_inside_or_miss() {
+    refused(
+        BASE,
+        "base = [0.021, 0.031, 0.029]",
+        &["needle (row 1): base: found its base", "inside the tissue, in region tissue"],
+    );
+    refused(BASE, "base = [-0.011, 0.031, 0.029]", &["found a part of it at", "expected all of the needle outside"]);
+    refused(
+        BASE,
+        "base = [-0.021, 0.091, 0.029]",
+        &["direction: found an axis", "misses the body", "the body reaches from (0, 0, 0)"],
+    );
+    refused("direction = [1.0,", "direction = [-1.0,", &["misses the body"]);
+    refused("insert = 0.05", "insert = 0.0001", &["motion: found a needle that comes 0.02", "to the body"]);
+}
+
+#[test]
+fn fixed_regions_are_named() {
+    let bone = GEL
+        .replace(BASE, "base = [0.021, 0.031, 0.029]")
+        .replace("[support]", "[[region]]\nname = \"tissue\"\nfixed = true\n[support]");
+    assert!(refusal(&bone).contains("in region tissue, which is fixed"));
+}
+
+#[test]
+fn needles_that_there_are_not() {
+    refused(
+        "bevel = 0.1",
+        "bevel = 0.1\nbending = -1.0",
+        &["needle.bending (row 1): found -1.0, expected a number >= 0"],
+    );
+    refused("bevel = 0.1", "bevel = 0.1\nbending = nan", &["needle.bending (row 1): found nan"]);
+    refused("bevel = 0.1", "bevel = 0.1\nyoung = 0", &["needle.young (row 1): found 0, expected a number > 0"]);
+    refused("bevel = 0.1", "bevel = 1.6", &["needle.bevel (row 1): found 1.6"]);
+    refused("bevel = 0.1", "bevel = 0.1\nfriction_ratio = 0.5", &["needle.friction_ratio (row 1): found 0.5"]);
+    refused("bevel = 0.1", "bevl = 0.1", &["needle.bevl (row 1): unknown key; nearest known key is needle.bevel"]);
+    refused("release = [0.02, 0.03]", "release = [0.02, -0.03]", &["release: found -0.03 m"]);
+    let none = &GEL[..GEL.find("[[needle]]").unwrap()];
+    assert!(refusal(none).contains("needle: found 0 needles, expected from 1 to 4"));
+}
+
+#[test]
+fn motion_out_of_order() {
+    refused(
+        "{ t = 0.9, insert = 0.0 }",
+        "{ t = 0.7, insert = 0.0 }",
+        &["motion (row 4): t: found 0.7 s after 0.8 s", "ascending"],
+    );
+    refused("{ t = 0.9, insert = 0.0 }", "{ insert = 0.0 }", &["needle.motion.t (row 4): missing"]);
+}
+
+#[test]
+fn forces_and_regions() {
+    refused("cutting = 0.2", "cutting = -0.2", &["friction.cutting: found -0.2, expected a number >= 0"]);
+    refused("cutting = 0.2", "per_length = nan", &["friction.per_length: found nan"]);
+    let row = |row: &str| format!("cutting = 0.2\n{row}");
+    refused(
+        "cutting = 0.2",
+        &row("[[friction.region]]\nname = \"bone\""),
+        &["friction.region (row 1): name: found region bone, expected one of tissue"],
+    );
+    refused(
+        "cutting = 0.2",
+        &row("[[friction.membrane]]\nof = \"liver\"\nthickness = 0.001\ncutting = 1.0"),
+        &["friction.membrane (row 1): of: found region liver"],
+    );
+    refused(
+        "[support]",
+        "[[region]]\nname = \"tisue\"\n[support]",
+        &["region (row 1): name: found region tisue", "nearest is tissue"],
+    );
+    refused("sides = \"bottom, right\"", "sides = \"botom\"", &["support.sides: found botom, expected some of left"]);
+    refused("sides = \"bottom, right\"", "sides = \"\"", &["support.sides: found nothing that is held"]);
+    refused("[mesh]", "[mesh]\nshape = \"prostat\"", &["mesh.shape: found prostat", "nearest is prostate"]);
+    refused("name = \"b\"", "name = \"a\"", &["markers.point (row 2): name: found a once more"]);
+    refused(
+        "at = [0.05, 0.04, 0.02]",
+        "at = [0.05, 0.04, 0.2]",
+        &["markers.point (row 2): at: found [0.05, 0.04, 0.2]", "a point of the body"],
+    );
+}
+
+#[test]
+fn marker_files() {
+    let path = std::env::temp_dir().join(format!("stylet-measured-{}.csv", std::process::id()));
+    let text = format!("[markers]\nfile = '{}'\n{GEL}", path.display());
+    let refusal = |content: &str| {
+        std::fs::write(&path, content).unwrap();
+        try_open(&text, &[]).err().unwrap().to_string()
+    };
+    let line = refusal("time_s,a_x,a_y,a_z\n0.1,0,0\n");
+    assert!(
+        line.contains("measured") && line.ends_with("line 2: found 3 columns, expected 4 as in the head"),
+        "{line}"
+    );
+    assert!(refusal("time_s,c_x,c_y,c_z\n").ends_with("line 1: found marker c, expected one of a, b"));
+    assert!(refusal("time_s,a_x,a_y,a_z\n7,0,0,0\n").contains("from 0 to 1.6 s, the end of the run"));
+    std::fs::remove_file(&path).unwrap();
+    let line = try_open(&text, &[]).err().unwrap().to_string();
+    assert!(line.contains("No such file"), "{line}");
+}

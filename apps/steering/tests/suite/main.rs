@@ -1,0 +1,6 @@
+//! Scenes of flexible needles, run as the command line runs them, on coarse meshes.
+
+mod bad_input;
+mod resume;
+mod runs;
+mod support;
