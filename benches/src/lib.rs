@@ -7,6 +7,7 @@ mod conformance;
 mod cube3d;
 mod density;
 mod fields;
+mod insertion;
 mod materials;
 mod materials3d;
 mod mesh;
@@ -88,6 +89,31 @@ pub const SUITES: &[Suite] = &[
         run: tissue::threads::run,
     },
     Suite {
+        name: "friction-search",
+        about: "which nodes of a flexible needle stick: trials and iterations (Table 3 of Chentanez et al. 2009)",
+        run: insertion::search::run,
+    },
+    Suite {
+        name: "lazy",
+        about: "lazy Jacobians under a needle: share updated, time, tip error (Table 1 of Chentanez et al. 2009)",
+        run: insertion::lazy::run,
+    },
+    Suite {
+        name: "threads",
+        about: "stages of a frame with a needle by threads (Table 2 of Chentanez et al. 2009), and its budget",
+        run: insertion::threads::run,
+    },
+    Suite {
+        name: "steering",
+        about: "curvature of a bevelled wire's path against bevel, E, EI, step and mesh",
+        run: insertion::steering::run,
+    },
+    Suite {
+        name: "work-precision-insertion",
+        about: "tip error against run time: steps, tolerances, thresholds, laws, coupling methods",
+        run: insertion::precision::run,
+    },
+    Suite {
         name: "cube3d",
         about: "a needle in a cube beside one generation more: cells, force, tip, time (Figs 6.13, 6.14)",
         run: cube3d::run,
@@ -140,6 +166,26 @@ pub enum BenchError {
     /// A partition that a suite asks for.
     #[error(transparent)]
     Partition(#[from] stylet_solver::partition::PartitionError),
+    /// A run of a flexible needle that cannot be set up.
+    #[error(transparent)]
+    Insertion(#[from] stylet_physics::insertion::InsertionError),
+    /// A law with constants that it does not take.
+    #[error("{model}: {error}")]
+    Material {
+        /// The law.
+        model: &'static str,
+        /// What is wrong.
+        error: stylet_physics::material::MaterialError,
+    },
+    /// Shapes that a suite meshes.
+    #[error(transparent)]
+    Scene(#[from] stylet_scene::SceneError),
+    /// Their mesh.
+    #[error(transparent)]
+    Plan(#[from] stylet_anatomy::plan::PlanError),
+    /// A mesh that makes no sense.
+    #[error(transparent)]
+    Mesh(#[from] stylet_mesh::MeshError),
     /// A plot.
     #[error(transparent)]
     Plot(#[from] stylet_plot::PlotError),

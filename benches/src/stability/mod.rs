@@ -5,6 +5,7 @@ mod contrast;
 mod crush;
 mod element;
 mod hostile;
+mod needle;
 mod page;
 mod threads;
 
@@ -22,7 +23,7 @@ const DENSITY: f64 = 1000.0;
 
 pub(crate) fn run(options: &BenchOptions, say: &mut dyn FnMut(&str)) -> Result<Report, BenchError> {
     let mut report = Report::new("stability", options.threads);
-    for part in [crush::run, element::run, contrast::run, hostile::run, threads::run] {
+    for part in [crush::run, element::run, contrast::run, hostile::run, threads::run, needle::run] {
         if options.stopped() {
             break;
         }

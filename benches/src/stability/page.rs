@@ -1,9 +1,32 @@
 //! The report as one page of documentation.
 
 use super::{POISSON, crush};
+use crate::report::short;
 use crate::{Report, Row, page};
 use std::fmt::Write as _;
 use stylet_physics::material::Solid;
+
+/// Tests of a needle, and what they are about.
+const NEEDLE: [(&str, &str); 6] = [
+    (
+        "J5",
+        "A flexible needle in nearly incompressible tissue: 60 mm deep in a cube of 0.1 m, held; change of the whole volume, spread \
+         of det F over the cells at the end and by how much it grew from 100 steps after the insertion",
+    ),
+    (
+        "J6",
+        "Insertions to 60 mm and withdrawals, along one path and along random ones: meshes restored, dihedral angles from one edge \
+         of depth on, change of the volume, farthest move of a vertex",
+    ),
+    ("J7", "Steps of 2 ms to 2 s and speeds up to 5 m/s: 60 mm in, held for 20 steps, out"),
+    (
+        "J8",
+        "A needle that is stuck pulled with many times the force of friction and cutting, reversals in every step, a whip of 2 mm \
+         at 100 Hz; error of its length, and displacement after 300 steps of rest",
+    ),
+    ("J9", "Friction and cutting of nothing and of no end: largest force at a node, depth, trials"),
+    ("J10", "Degenerate paths: through vertices, along edges, faces and skin, past the body, out at the back"),
+];
 
 /// The page as Markdown.
 pub(super) fn markdown(report: &Report, quick: bool) -> String {
@@ -58,6 +81,10 @@ pub(super) fn markdown(report: &Report, quick: bool) -> String {
     for row in report.rows.iter().filter(|row| row.case.starts_with("J11 ")) {
         let _ = writeln!(page, "| {} | {} |", &row.case[4..], row.note);
     }
+    for (test, about) in NEEDLE {
+        let _ = write!(page, "\n## {about} ({test})\n\n");
+        numbers(&mut page, report.rows.iter().filter(|row| row.case.split(' ').next() == Some(test)));
+    }
     page += "\n## Threads (J12)\n\n| run | steps | runs | with other bits | |\n|---|---:|---:|---:|---|\n";
     for row in report.rows.iter().filter(|row| row.case.starts_with("J12 ")) {
         let cell = |name: &str| row.more.get(name).map_or_else(String::new, f64::to_string);
@@ -65,6 +92,22 @@ pub(super) fn markdown(report: &Report, quick: bool) -> String {
         let _ = writeln!(page, "| {} | {steps} | {runs} | {differing} | {} |", &row.case[4..], row.note);
     }
     page
+}
+
+/// Rows with whatever numbers they have; those that failed say why.
+fn numbers<'r>(page: &mut String, rows: impl Iterator<Item = &'r Row> + Clone) {
+    let mut names: Vec<&str> = rows.clone().flat_map(|row| row.more.keys().copied()).collect();
+    names.sort_unstable();
+    names.dedup();
+    let _ = writeln!(page, "| | {} | |", names.join(" | "));
+    let _ = writeln!(page, "|---|{}---|", "---:|".repeat(names.len()));
+    for row in rows {
+        let cells: Vec<String> =
+            names.iter().map(|name| row.more.get(name).map_or_else(String::new, |x| short(*x))).collect();
+        let verdict = if row.ok { String::new() } else { "**failed** ".into() };
+        let case = row.case.split_once(' ').map_or("", |(_, case)| case);
+        let _ = writeln!(page, "| {case} | {} | {verdict}{} |", cells.join(" | "), row.note);
+    }
 }
 
 /// Every row of a test, law by law.

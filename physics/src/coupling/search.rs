@@ -37,6 +37,9 @@ pub struct SearchSettings {
     pub estimate: bool,
     /// By how many tolerances a condition may be violated; see [`search`].
     pub slack: f64,
+    /// Whether the system is solved once more, from zero, with the states that were found: what a search that knew them would
+    /// have taken is then [reported](SearchReport::known_iterations). The answer is that of this last solve.
+    pub count_known: bool,
 }
 
 impl Default for SearchSettings {
@@ -49,6 +52,7 @@ impl Default for SearchSettings {
             condense_after: Some(4),
             estimate: true,
             slack: 1.0,
+            count_known: false,
         }
     }
 }
@@ -62,6 +66,9 @@ pub struct SearchReport {
     pub iterations: usize,
     /// Iterations of the condensed system; zero if it was not asked for.
     pub condensed_iterations: usize,
+    /// Iterations of a solve with the states that were found, not among the others; zero unless
+    /// [asked for](SearchSettings::count_known).
+    pub known_iterations: usize,
     /// Fewest iterations of a trial.
     pub fewest_iterations: usize,
     /// Most iterations of a trial.
@@ -134,16 +141,10 @@ pub fn search<S: StickSlip>(
     if settings.method == SearchMethod::Condensed {
         search.condense(states, &mut report)?;
     }
-    while report.trials < settings.max_trials {
-        if search.trial(states, &mut report)? {
-            report.consistent = true;
-            return Ok(report);
-        }
-        if !search.change(states, &mut report)? {
-            break; // All states there are have been tried.
-        }
+    report.consistent = search.by_trials(states, &mut report)?;
+    if settings.count_known {
+        report.known_iterations = search.system.solve(states, settings.solve_tolerance, true, search.answer)?;
     }
-    report.consistent = search.solve(states, &[settings.solve_tolerance], &mut report)?;
     Ok(report)
 }
 
@@ -161,6 +162,19 @@ struct Search<'a, S: StickSlip> {
 }
 
 impl<S: StickSlip> Search<'_, S> {
+    /// Tries states until they are consistent or the trials are used up, and returns whether they are.
+    fn by_trials(&mut self, states: &mut [SlipState], report: &mut SearchReport) -> Result<bool, S::Error> {
+        while report.trials < self.settings.max_trials {
+            if self.trial(states, report)? {
+                return Ok(true);
+            }
+            if !self.change(states, report)? {
+                break; // All states there are have been tried.
+            }
+        }
+        self.solve(states, &[self.settings.solve_tolerance], report)
+    }
+
     /// Solves with these states, and returns whether they are consistent.
     fn trial(&mut self, states: &[SlipState], report: &mut SearchReport) -> Result<bool, S::Error> {
         self.ws.tried.extend_from_slice(states);

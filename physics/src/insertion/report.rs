@@ -12,8 +12,15 @@ pub struct InsertionReport {
     pub halvings: u32,
     /// Sets of friction states that were tried.
     pub trials: usize,
+    /// Most sets of a part.
+    pub most_trials: usize,
     /// Iterations of conjugate gradients.
     pub iterations: usize,
+    /// Those of condensed systems among them.
+    pub condensed_iterations: usize,
+    /// Iterations of solves with the states that were found, if they are
+    /// [counted](crate::coupling::SearchSettings::count_known).
+    pub known_iterations: usize,
     /// Fewest and most iterations of one linear solve.
     pub fewest_iterations: usize,
     /// Most iterations of one linear solve.
@@ -33,7 +40,10 @@ pub struct InsertionReport {
 impl InsertionReport {
     pub(super) fn add(&mut self, part: &CoupledReport) {
         self.trials += part.search.trials;
+        self.most_trials = self.most_trials.max(part.search.trials);
         self.iterations += part.search.iterations;
+        self.condensed_iterations += part.search.condensed_iterations;
+        self.known_iterations += part.search.known_iterations;
         let fewest = part.search.fewest_iterations;
         self.fewest_iterations = if self.substeps == 0 { fewest } else { self.fewest_iterations.min(fewest) };
         self.most_iterations = self.most_iterations.max(part.search.most_iterations);
