@@ -198,7 +198,10 @@ impl<M: Hyperelastic<3>> Insertion<M> {
         let (mut done, mut size) = (0, whole);
         // Free needles, too, come to the skin by no more than they may slide in it.
         let longest = motions.iter().map(|motion| motion.insert.abs() + speed(&motion.sleeve)).fold(0.0, f64::max) * h;
-        while size > 1 && longest * f64::from(size) / f64::from(whole) > self.integrator.settings().reach {
+        // Nor may one be pulled by more than the edge at the mouth of its sleeve, which is half a first one or longer.
+        let edges = self.needles.iter().map(|needle| 0.4 * needle.settings.edge);
+        let reach = edges.fold(self.integrator.settings().reach, f64::min);
+        while size > 1 && longest * f64::from(size) / f64::from(whole) > reach {
             size /= 2;
         }
         let largest = size;

@@ -121,6 +121,9 @@ impl<const B: usize> RowsMut<'_, B> {
     pub fn row_mut(&mut self, row: usize) -> (&[u32], &mut [Block<B>]) {
         self.stamps[row - self.rows.start] = if self.slots[row].len == 0 { 0 } else { self.stamp };
         let range = self.slots[row].range();
+        if range.is_empty() {
+            return (&[], &mut []); // wherever it lies: a row that was emptied has no place of its own
+        }
         (&self.cols[range.clone()], &mut self.vals[range.start - self.offset..range.end - self.offset])
     }
 }
@@ -161,6 +164,14 @@ mod tests {
         let mut grown = BlockCsr::<1>::from_pattern(&[0, 1, 2, 3, 4, 5], &[0, 1, 2, 3, 4]).unwrap();
         grown.set_row(0, &[0, 1, 2, 3, 4], &[[[1.0]]; 5]).unwrap();
         assert!(grown.parts([0], 5).is_none());
+        // One that was emptied does not.
+        let mut emptied = BlockCsr::<1>::from_pattern(&[0, 2, 4, 4], &[0, 1, 0, 1]).unwrap();
+        emptied.set_row(1, &[], &[]).unwrap();
+        for part in emptied.parts([0, 1], 3).as_mut().unwrap() {
+            for row in part.rows() {
+                assert_eq!(part.row_mut(row).1.len(), if row == 0 { 2 } else { 0 });
+            }
+        }
         assert!(BlockCsr::<1>::from_pattern(&[0, 2], &[0, 0]).is_err());
         assert!(BlockCsr::<1>::from_pattern(&[0, 1], &[1]).is_err());
     }
