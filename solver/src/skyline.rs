@@ -156,7 +156,9 @@ mod tests {
     fn an_indefinite_matrix_names_its_row() {
         let mut a = Skyline::new();
         a.reset(3, |i| i.saturating_sub(1));
-        [(0, 0, 1.0), (1, 1, 1.0), (1, 0, 2.0), (2, 2, 1.0)].map(|(i, j, value)| a.add(i, j, value));
+        for (i, j, value) in [(0, 0, 1.0), (1, 1, 1.0), (1, 0, 2.0), (2, 2, 1.0)] {
+            a.add(i, j, value);
+        }
         let error = a.factor().unwrap_err();
         assert_eq!((error.row, error.pivot), (1, -3.0));
     }

@@ -104,7 +104,7 @@ impl Needle {
         if !(positive(settings.edge) && settings.edge <= settings.length) {
             return refuse("needle.edge", settings.edge, "a positive length up to that of the needle, m");
         }
-        if !(settings.bevel.abs() < 1.2) {
+        if settings.bevel.is_nan() || settings.bevel.abs() >= 1.2 {
             return refuse("needle.bevel", settings.bevel, "an angle between -1.2 and 1.2 rad");
         }
         if !(settings.damping >= 0.0 && settings.damping.is_finite()) {
