@@ -6,7 +6,7 @@
 
 use stylet_steering::{SCENES, open};
 use stylet_tissue::output::Recorder;
-use stylet_tissue::{RunError, Scenario, Simulation, source};
+use stylet_tissue::{RunError, Scenario, source};
 
 fn main() -> Result<(), RunError> {
     let mut arguments = std::env::args().skip(1);

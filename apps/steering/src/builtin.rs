@@ -99,9 +99,12 @@ fn of_scene(scene: Scene) -> Result<Setup, RunError> {
     }
     let mut stages = Stages::default();
     let since = Instant::now();
-    let geometry = Geometry::of(&scene)?;
+    let mut geometry = Geometry::of(&scene)?;
     stages.lap(Stage::Mesh, since);
     let tissues = tissues(&scene, &geometry).map_err(refuse)?;
+    for (region, tissue) in geometry.regions.iter_mut().zip(&tissues) {
+        region.fixed = tissue.fixed;
+    }
     let held = subspace(&scene, &geometry, &tissues).map_err(refuse)?;
     let fields = Fields::of(&scene, &geometry).map_err(refuse)?;
     for (k, (settings, motion)) in needles.iter().zip(&motions).enumerate() {
@@ -109,8 +112,8 @@ fn of_scene(scene: Scene) -> Result<Setup, RunError> {
     }
     let points = points(&scene, &geometry).map_err(refuse)?;
     let measured = measured(&scene, &points, end)?;
-    let held_regions = geometry.regions.iter().zip(&tissues).filter(|(_, tissue)| tissue.fixed);
-    let fixed: Result<_, String> = held_regions.map(|(region, _)| geometry.surface(&region.name)).collect();
+    let held_regions = geometry.regions.iter().filter(|region| region.fixed);
+    let fixed: Result<_, String> = held_regions.map(|region| geometry.surface(&region.name)).collect();
     let fixed = fixed.map_err(refuse)?;
     Ok(Setup {
         scene,

@@ -74,6 +74,7 @@ fn cut_open(run: &Run, path: &Path) -> Result<(), PlotError> {
         values,
         cut: Some(Cut::through(base, [0.0, -1.0, 0.0])),
         towards: [0.12, -1.0, 0.25],
+        axis_names: [axis_name(&axes[0], "along"), axis_name(&axes[1].map(|x| -x), "away"), axis_name(&axes[2], "up")],
         lines: shafts(shot, seen).into_iter().chain(trails(run, shot, seen)).collect(),
         size: [520.0, 480.0],
         ..SolidPicture::default()
@@ -93,6 +94,13 @@ fn cut_open(run: &Run, path: &Path) -> Result<(), PlotError> {
     };
     let title = format!("{}: cut open along the needle at {:.2} s", run.opened.scene.name, shot.t);
     SideBySide { title, pictures: vec![Picture::Solid(by_region), Picture::Solid(moved)] }.write(path)
+}
+
+/// The axis of space that a direction is along, with its sign; another name for others.
+fn axis_name(direction: &Vec3, otherwise: &'static str) -> &'static str {
+    let along = |k: usize, sign: f64| sign * direction[k] > 1.0 - 1e-9;
+    let names = [("x", 0, 1.0), ("y", 1, 1.0), ("z", 2, 1.0), ("-x", 0, -1.0), ("-y", 1, -1.0), ("-z", 2, -1.0)];
+    names.iter().find(|(_, k, sign)| along(*k, *sign)).map_or(otherwise, |(name, ..)| name)
 }
 
 fn shafts(shot: &Snapshot, seen: impl Fn(&Vec3) -> Vec3) -> Vec<SpaceLine> {

@@ -94,7 +94,7 @@ fn bad_input_is_one_line() {
     for (from, to, parts) in [
         (base, "base = [0.02, 0.026, 0.024]", &["needle (row 1): base", "inside the tissue"][..]),
         (base, "base = [-0.021, 0.126, 0.024]", &["misses the body"]),
-        ("bevel = 0.1", "bending = -0.1", &["gel.toml:11: needle.bending (row 1): found -0.1"]),
+        ("bevel = 0.1", "bending = -0.1", &["gel.toml:12: needle.bending (row 1): found -0.1"]),
         ("cutting = 0.2", "per_length = -1", &["friction.per_length: found -1"]),
         ("{ t = 0.4, insert = 0.05 }", "{ t = 0.9, insert = 0.05 }", &["motion (row 3): t: found 0.4 s after 0.9 s"]),
         ("[support]", "[[region]]\nname = \"bone\"\n[support]", &["region (row 1): name: found region bone"]),

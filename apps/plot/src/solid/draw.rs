@@ -18,6 +18,8 @@ const LIGHT: Vec3 = [-0.35, 0.65, 0.65];
 const SHADOW: f64 = 0.5;
 /// How much white is in the colours of faces that are not laid open by the cut.
 const PALE: f64 = 0.72;
+/// Names of the axes of space.
+pub(super) const AXIS_NAMES: [&str; 3] = ["x", "y", "z"];
 /// Room for the axes at the lower left, px.
 pub(super) const AXES: f64 = 34.0;
 
@@ -89,7 +91,7 @@ pub(super) fn page(picture: &SolidPicture<'_>, scene: &Scene, colours: &Colourin
     draw_faces(&mut svg, picture, scene, colours);
     picture.lines.iter().for_each(|line| draw_line(&mut svg, line, &scene.frame));
     svg.close_group();
-    draw_axes(&mut svg, &scene.view, [BORDER + 8.0, top + height - 8.0]);
+    draw_axes(&mut svg, &scene.view, picture.axis_names, [BORDER + 8.0, top + height - 8.0]);
     let mut below = top + height + 8.0;
     if let Colouring::Scale(scale) = colours {
         let at = [left + width + 18.0, top + 0.5 * (height - bar_height).max(0.0)];
@@ -101,7 +103,8 @@ pub(super) fn page(picture: &SolidPicture<'_>, scene: &Scene, colours: &Colourin
     legend::draw_rows(&mut svg, &entries, [left, below], room);
     below += legend::row_layout(&entries, room).1 + 1.4 * TICK_SIZE;
     let [low, high] = scene.bounds;
-    let sides: Vec<String> = ["x", "y", "z"]
+    let sides: Vec<String> = picture
+        .axis_names
         .iter()
         .enumerate()
         .map(|(k, name)| format!("{name} from {} to {}", short(low[k]), short(high[k])))
@@ -235,9 +238,9 @@ fn dot_at([x, y]: [f64; 2], radius: f64, colour: Colour) -> String {
 }
 
 /// The directions of the axes, with their names.
-pub(super) fn draw_axes(svg: &mut Svg, view: &View, [x, y]: [f64; 2]) {
+pub(super) fn draw_axes(svg: &mut Svg, view: &View, names: [&str; 3], [x, y]: [f64; 2]) {
     let length = 26.0;
-    for (axis, name) in ["x", "y", "z"].iter().enumerate() {
+    for (axis, name) in names.iter().enumerate() {
         let [right, up, _] = view.project(std::array::from_fn(|k| f64::from(u8::from(k == axis))));
         let at = |t: f64| [x + t * right, y - t * up];
         svg.line([x, y], at(length), Stroke::solid(PALETTE[[1, 2, 0][axis]], 1.6));

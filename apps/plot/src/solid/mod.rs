@@ -97,6 +97,8 @@ pub struct SolidPicture<'a> {
     pub cut: Option<Cut>,
     /// The direction in which the viewer is.
     pub towards: [f64; 3],
+    /// Names of the axes, for positions that were turned before.
+    pub axis_names: [&'static str; 3],
     /// Lines, later ones above earlier ones.
     pub lines: Vec<SpaceLine>,
     /// Whether to draw the edges of the cells; those of cells too small for it are never drawn.
@@ -121,6 +123,7 @@ impl Default for SolidPicture<'_> {
             colours: ColourMap::default(),
             cut: None,
             towards: [0.45, -1.0, 0.5],
+            axis_names: draw::AXIS_NAMES,
             lines: Vec::new(),
             edges: true,
             size: [620.0, 560.0],

@@ -124,7 +124,12 @@ impl SolidPanel<'_> {
             picture.lines.iter().for_each(|line| draw::draw_line(&mut svg, line, &scene.frame));
             svg.close_group();
         }
-        draw::draw_axes(&mut svg, &View::from(self.towards), [BORDER + 8.0, below_titles + height - 8.0]);
+        draw::draw_axes(
+            &mut svg,
+            &View::from(self.towards),
+            draw::AXIS_NAMES,
+            [BORDER + 8.0, below_titles + height - 8.0],
+        );
         scale.draw(&mut svg, [bar_left, below_titles], bar_height, &self.colour_label);
         let mut below = below_titles + bar_height + 14.0;
         let left_out: usize = scenes.iter().map(|scene| scene.left_out).sum();

@@ -70,7 +70,7 @@ fn motion_out_of_order() {
         "{ t = 0.7, insert = 0.0 }",
         &["motion (row 4): t: found 0.7 s after 0.8 s", "ascending"],
     );
-    refused("{ t = 0.9, insert = 0.0 }", "{ insert = 0.0 }", &["needle.motion.t (row 4): missing"]);
+    refused("{ t = 0.9, insert = 0.0 }", "{ insert = 0.0 }", &["needle.motion (row 1).t (row 4): missing"]);
 }
 
 #[test]

@@ -98,12 +98,7 @@ fn the_pictures_and_tables_of_a_run_are_written() {
     let own = std::fs::read_to_string(folder.join("markers.csv")).unwrap();
     assert_eq!(own.lines().next(), Some("time_s,a_x,a_y,a_z,b_x,b_y,b_z"));
     let path = folder.join("markers.csv").display().to_string();
-    let measured = format!("{GEL}[markers]\nfile = '{path}'\n").replace("[[markers.point]]", "[[markers_point]]");
-    // A table must stand before the arrays within it.
-    let measured = measured.replace("[[markers_point]]", "[[markers.point]]");
-    let (points, file) = measured.split_at(measured.rfind("[markers]").unwrap());
-    let at = points.find("[[markers.point]]").unwrap();
-    let measured = format!("{}{file}{}", &points[..at], &points[at..]);
+    let measured = format!("[markers]\nfile = '{path}'\n{GEL}");
     let mut again = open(&measured).start(1).unwrap();
     go_on(again.as_mut(), usize::MAX);
     let error = again.summary(&[]).steering.unwrap().marker_error.unwrap();
