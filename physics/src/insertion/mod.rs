@@ -38,6 +38,8 @@ use tip::TipMove;
 
 /// The largest number of parts of a step is two to this.
 const MAX_HALVINGS: u32 = 12;
+/// Part of the shortest edge of a needle that a part of a step may take back into the sleeve.
+const PULL: f64 = 0.9;
 /// Slower than this, in metres by step, a node has not slid.
 const STILL: f64 = 1e-15;
 
@@ -193,7 +195,10 @@ impl<M: Hyperelastic<3>> Insertion<M> {
         let (mut done, mut size) = (0, whole);
         // Free needles, too, come to the skin by no more than they may slide in it.
         let longest = motions.iter().map(|motion| motion.insert.abs() + speed(&motion.sleeve)).fold(0.0, f64::max) * h;
-        while size > 1 && longest * f64::from(size) / f64::from(whole) > self.integrator.settings().reach {
+        // Nor may a part take back more than the shortest edge that there can be at a sleeve.
+        let edges = self.needles.iter().map(|needle| PULL * needle.edges.shortest()).fold(f64::INFINITY, f64::min);
+        let reach = self.integrator.settings().reach.min(edges);
+        while size > 1 && longest * f64::from(size) / f64::from(whole) > reach {
             size /= 2;
         }
         let largest = size;
