@@ -10,11 +10,11 @@ use stylet_physics::rod::RodStiffness;
 use stylet_plot::{Chart, Series, Style};
 use stylet_solver::team::Team;
 
-/// Box, m, and cells across it: the standard, a coarser and a finer one.
-const BOX: [f64; 3] = [0.12, 0.06, 0.06];
+/// Box, m, wide where the needle bends to, and cells across its short side: a coarse mesh, the standard, a fine one.
+const BOX: [f64; 3] = [0.1, 0.1, 0.06];
 const CELLS: [usize; 3] = [6, 9, 12];
 /// How deep the tip goes, m, and the part of the way after which its path is looked at.
-const DEPTH: f64 = 0.1;
+const DEPTH: f64 = 0.08;
 const FROM: f64 = 1.0 / 3.0;
 /// Bending stiffness of the wire, N m².
 const BENDING: f64 = 1.40e-3;
@@ -27,9 +27,9 @@ const INDEPENDENT: f64 = 10.0;
 /// Sideways drift of a symmetric tip over its depth, %.
 const DRIFT: f64 = 0.1;
 
-const ABOUT: &str = "A wire (0.83 mm, EI 1.40e-3 N m², bevel 5°) pushed 0.1 m into gel (E 15 kPa, ν 0.45, 0.12 × 0.06 × 0.06 m, 9 \
-    cells across, held on all sides but that of the entry) at 20 mm/s with steps of 20 ms, friction 12 N/m, 200 N s/m², cutting \
-    0.2 N; each row changes what it names. `curvature_per_m` is that of the circle through the last two thirds of the path of the tip \
+const ABOUT: &str = "A wire (0.83 mm, EI 1.40e-3 N m², bevel 5°) pushed 80 mm into gel (E 15 kPa, ν 0.45, 0.1 × 0.1 × 0.06 m, \
+    cells of 6.7 mm, held on all sides but that of the entry) at 20 mm/s with steps of 20 ms, friction 12 N/m, 200 N s/m², cutting \
+    0.05 N, the least in gel: a force at a node strains the cells around it by `f / E h²`; each row changes what it names. `curvature_per_m` is that of the circle through the last two thirds of the path of the tip \
     in the undeformed body, by least squares in the plane of the bevel; `beam_per_m` is `(k/4EI)^(1/4) tan psi` with `k = 1.25 E`: \
     a beam in an elastic bed whose tip cuts at psi to itself, to which its slope and not the absolute value is compared; `rms_mm` \
     is the distance of the path from the circle, `out_mm` how far the tip leaves the plane, `drift_%` the distance of its end from \
@@ -75,7 +75,8 @@ impl Case {
     fn scene(&self) -> Scene {
         let sides = |x: &[f64; 3]| x[0] > BOX[0] - 1e-9 || (1..3).any(|k| x[k] < 1e-9 || x[k] > BOX[k] - 1e-9);
         let gel = Stuff { young: self.young, ..GEL };
-        let tissue = Tissue::gel_box(BOX, [2 * self.cells, self.cells, self.cells], gel, sides);
+        let tissue =
+            Tissue::gel_box(BOX, BOX.map(|side| (side / BOX[2] * self.cells as f64).round() as usize), gel, sides);
         // Off the edges and faces of the mesh.
         let plain = wire([0.0, 0.5 * BOX[1] + 0.31e-3, 0.5 * BOX[2] - 0.23e-3], self.bevel);
         let scale = self.bending / plain.stiffness.bending;
@@ -87,7 +88,7 @@ impl Case {
             tissue,
             needle: NeedleSettings { stiffness, bevel_direction, ..plain },
             layers: Layers {
-                within: UniformInteraction { friction: 12.0, viscosity: 200.0, cutting: 0.2 },
+                within: UniformInteraction { friction: 12.0, viscosity: 200.0, cutting: 0.05 },
                 ..Layers::default()
             },
             legs: vec![Leg {

@@ -40,6 +40,8 @@ use tip::TipMove;
 
 /// The largest number of parts of a step is two to this.
 const MAX_HALVINGS: u32 = 12;
+/// Part of the shortest edge of a needle that a part of a step may take back into the sleeve.
+const PULL: f64 = 0.9;
 /// Slower than this, in metres by step, a node has not slid.
 const STILL: f64 = 1e-15;
 
@@ -124,7 +126,7 @@ impl<M: Hyperelastic<3>> Insertion<M> {
         let needle = Needle::new(k, id, settings)?;
         for node in 0..needle.shaft.n_nodes() {
             let at = needle.shaft.place(node);
-            if let Some(cell) = self.cell_at(&at) {
+            if let Some((cell, _)) = self.cell_of(&at) {
                 let region = self.mesh.region(cell);
                 return Err(InsertionError::StartsInside { needle: k, node, at, cell: cell.0, region });
             }
@@ -198,9 +200,9 @@ impl<M: Hyperelastic<3>> Insertion<M> {
         let (mut done, mut size) = (0, whole);
         // Free needles, too, come to the skin by no more than they may slide in it.
         let longest = motions.iter().map(|motion| motion.insert.abs() + speed(&motion.sleeve)).fold(0.0, f64::max) * h;
-        // Nor may one be pulled by more than the edge at the mouth of its sleeve, which is half a first one or longer.
-        let edges = self.needles.iter().map(|needle| 0.4 * needle.settings.edge);
-        let reach = edges.fold(self.integrator.settings().reach, f64::min);
+        // Nor may a part take back more than the shortest edge that there can be at a sleeve.
+        let edges = self.needles.iter().map(|needle| PULL * needle.edges.shortest()).fold(f64::INFINITY, f64::min);
+        let reach = self.integrator.settings().reach.min(edges);
         while size > 1 && longest * f64::from(size) / f64::from(whole) > reach {
             size /= 2;
         }
@@ -373,22 +375,20 @@ impl<M: Hyperelastic<3>> Insertion<M> {
         }
     }
 
-    /// The cell of the deformed body that a place is in.
-    fn cell_at(&self, at: &[f64; 3]) -> Option<CellId> {
-        let points = self.mesh.points();
-        let positions: Vec<[f64; 3]> = (0..points.len())
-            .map(|i| {
-                let u = triple(&self.state.u, i);
-                std::array::from_fn(|k| points[i][k] + u[k])
-            })
-            .collect();
-        self.mesh.cells().find(|&cell| {
-            let corners = self.mesh.cell(cell).map(|v| positions[v.index()]);
-            let lambda = stylet_mesh::geometry::barycentric(&corners, at);
+    /// The cell of the deformed body that a place is in, found by looking at all, and its coordinates there.
+    fn cell_of(&self, at: &[f64; 3]) -> Option<(CellId, [f64; 4])> {
+        let (points, u) = (self.mesh.points(), &self.state.u);
+        let place = |i: usize| -> [f64; 3] {
+            let u = triple(u, i);
+            std::array::from_fn(|k| points[i][k] + u[k])
+        };
+        self.mesh.cells().find_map(|cell| {
+            let corners = self.mesh.cell(cell).map(|v| place(v.index()));
+            let lambda = stylet_mesh::geometry::barycentric(&corners, at)?;
             // On a face between two cells it is inside; on the skin it is not.
             let skin = |facet: usize| self.mesh.boundary_tag(cell, facet).is_some();
             let inside = |(facet, l): (usize, &f64)| if skin(facet) { *l > ON_FACE } else { *l >= -ON_FACE };
-            lambda.is_some_and(|lambda| lambda.iter().enumerate().all(inside))
+            lambda.iter().enumerate().all(inside).then_some((cell, lambda))
         })
     }
 }

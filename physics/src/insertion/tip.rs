@@ -111,10 +111,14 @@ impl<M: Hyperelastic<3>> Insertion<M> {
         let left = || InsertionError::LeftTissue { needle: k, at: world };
         let configuration = self.mesh.configuration(&positions).map_err(|_| left())?;
         let Some(start) = self.star.first() else { return Err(left()) };
-        let Walk::Found(found) = configuration.walk(*start, world) else { return Err(left()) };
-        let corners = self.mesh.corners(found.cell);
-        let mut material: [f64; 3] =
-            std::array::from_fn(|i| (0..4).map(|c| found.barycentric[c] * corners[c][i]).sum());
+        let (cell, weights) = match configuration.walk(*start, world) {
+            Walk::Found(found) => (found.cell, found.barycentric),
+            Walk::Left { .. } => return Err(left()),
+            // Cells that are turned inside out lead a walk astray.
+            Walk::Lost => self.cell_of(&world).ok_or_else(left)?,
+        };
+        let corners = self.mesh.corners(cell);
+        let mut material: [f64; 3] = std::array::from_fn(|i| (0..4).map(|c| weights[c] * corners[c][i]).sum());
         let bevel = needle.settings.bevel;
         if bevel != 0.0 {
             needle.shaft.rod.frames(&needle.shaft.x, &needle.shaft.director, &mut self.frames);

@@ -20,8 +20,8 @@ const PULL: f64 = 0.2;
 const PULL_TIME: f64 = 1.5;
 /// Whip: frequency, Hz, amplitude, m, step, s.
 const WHIP: (f64, f64, f64) = (100.0, 2e-3, 1e-3);
-/// Steps for which a body comes to rest, and the displacement that is rest, in sides.
-const REST: (usize, f64) = (300, 1e-3);
+/// Steps for which a body comes to rest, the speed that is rest, m/s, and for a needle that cannot slip the displacement, in sides.
+const REST: (usize, f64, f64) = (300, 1e-5, 1e-3);
 /// Most error of the length, %, but for the strongest pull, which must only be bounded, and recover.
 const LENGTH: f64 = 1.0;
 /// Force on a node that is none, N, and trials.
@@ -83,17 +83,20 @@ fn judged(
     let result = treated(&scene, friction, options, &mut watch, treat);
     match result {
         Err(error) => row.note = error,
-        Ok((most, rest)) => {
+        Ok(Treated { most, rest, speed }) => {
             row.more = Numbers::from([
                 ("most_n", most),
                 ("length_%", watch.length),
                 ("min_j", watch.smallest_j),
                 ("rest_sides", rest),
+                ("rest_m_s", speed),
                 ("inconsistent", f64::from(watch.inconsistent)),
             ]);
             if strict && watch.length > LENGTH {
                 row.note = format!("the needle is {:.2} % longer or shorter", watch.length);
-            } else if rest > REST.1 {
+            } else if speed.is_nan() || speed > REST.1 {
+                row.note = format!("moves at {speed:.2e} m/s after it was left alone");
+            } else if friction >= ENDLESS && rest > REST.2 {
                 row.note = format!("displaced by {rest:.2e} sides after it was left alone");
             }
         }
@@ -102,14 +105,23 @@ fn judged(
     row
 }
 
-/// The largest force at the base, N, and the largest displacement at rest, in sides, beyond that before the treatment.
+/// How a treatment ended.
+struct Treated {
+    /// The largest force at the base, N.
+    most: f64,
+    /// The largest displacement at rest beyond that before the treatment, in sides; what slips stays displaced.
+    rest: f64,
+    /// The largest speed then, m/s.
+    speed: f64,
+}
+
 fn treated(
     scene: &Scene,
     friction: f64,
     options: &BenchOptions,
     watch: &mut Watch,
     treat: impl Fn(&mut Insertion<Solid>, &mut Watch) -> Result<f64, String>,
-) -> Result<(f64, f64), String> {
+) -> Result<Treated, String> {
     let words = |error: &dyn std::fmt::Display| error.to_string();
     let switched = Arc::new(AtomicBool::new(false));
     let forces = Switched { after: friction, switched: Arc::clone(&switched) };
@@ -125,7 +137,8 @@ fn treated(
     }
     let n = before.len().min(run.state().u.len());
     let moved: Vec<f64> = (0..n).map(|i| run.state().u[i] - before[i]).collect();
-    Ok((most, super::largest(&moved) / super::SIDE))
+    let speed = super::largest(&run.state().v);
+    Ok(Treated { most, rest: super::largest(&moved) / super::SIDE, speed })
 }
 
 /// Pulls at the base with so many times the force of friction and cutting, then goes back.
