@@ -327,6 +327,11 @@ impl<const D: usize> Integrator<D> {
         state.step += 1;
     }
 
+    /// The mesh has changed: rounding errors are estimated anew, as they would be after a resumption.
+    pub(crate) fn remeshed(&mut self) {
+        self.round_off_of = usize::MAX;
+    }
+
     /// Checks shapes and sizes vectors.
     pub(crate) fn prepare<const N: usize, M: Hyperelastic<D>>(
         &mut self,

@@ -179,6 +179,7 @@ impl<M: Hyperelastic<3>> Insertion<M> {
             let _ = self.subspace.set(removed.index(), Constraint::Fixed);
         }
         self.body.apply_change(&self.mesh, change)?;
+        self.integrator.tissue().remeshed();
         self.weigh();
         Ok(())
     }
