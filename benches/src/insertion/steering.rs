@@ -125,7 +125,7 @@ fn cases(quick: bool) -> Vec<Case> {
     for cells in if quick { &CELLS[1..2] } else { &[CELLS[0], CELLS[2]][..] } {
         cases.push(Case {
             name: "h",
-            value: (1e4 * BOX[1] / *cells as f64).round() / 10.0,
+            value: (1e4 * BOX[2] / *cells as f64).round() / 10.0,
             unit: " mm",
             cells: *cells,
             ..standard.clone()

@@ -68,6 +68,10 @@ fn row(name: &str, random: bool, cycles: u32, options: &BenchOptions) -> Row {
         && seen.volume <= VOLUME
         && seen.angles.0 >= ANGLES.0
         && seen.angles.1 <= ANGLES.1;
+    if !row.ok && row.note.is_empty() {
+        row.note =
+            format!("angles {:.1} to {:.1}°, {} of {cycles} restored", seen.angles.0, seen.angles.1, seen.restored);
+    }
     row.more = Numbers::from([
         ("cycles", f64::from(seen.done)),
         ("restored", f64::from(seen.restored)),
