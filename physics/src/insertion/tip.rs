@@ -118,7 +118,19 @@ impl<M: Hyperelastic<3>> Insertion<M> {
             Walk::Lost => self.cell_of(&world).ok_or_else(left)?,
         };
         let corners = self.mesh.corners(cell);
-        let mut material: [f64; 3] = std::array::from_fn(|i| (0..4).map(|c| weights[c] * corners[c][i]).sum());
+        let walked: [f64; 3] = std::array::from_fn(|i| (0..4).map(|c| weights[c] * corners[c][i]).sum());
+        // The element ahead tells how far the tip has come, but not which way: in it the displacement falls from that of the tip,
+        // which the bevel has put off its path, to that of the tissue ahead. Taken at its word it would bring the tip back by as
+        // much as the bevel moves it, and more the smaller the element. The mean over all cells around the tip does not contain
+        // the displacement of the tip itself (by the divergence theorem).
+        let at = self.mesh.point(VertexId(tip.vertex));
+        let moved = difference(&world, &std::array::from_fn(|i| at[i] + self.state.u[3 * tip.vertex as usize + i]));
+        let direction = self.mean_gradient().and_then(|f| f.try_inverse()).map_or(moved, |inverse| {
+            let v = inverse * nalgebra::Vector3::from(moved);
+            [v[0], v[1], v[2]]
+        });
+        let (way, far) = (unit(&direction), length(&difference(&walked, &at)));
+        let mut material: [f64; 3] = std::array::from_fn(|i| at[i] + far * way[i]);
         let bevel = needle.settings.bevel;
         if bevel != 0.0 {
             needle.shaft.rod.frames(&needle.shaft.x, &needle.shaft.director, &mut self.frames);
@@ -127,6 +139,17 @@ impl<M: Hyperelastic<3>> Insertion<M> {
             }
         }
         Ok(Some(material))
+    }
+
+    /// The deformation gradient, averaged by volume over the cells in `star`.
+    fn mean_gradient(&self) -> Option<nalgebra::Matrix3<f64>> {
+        let (mut sum, mut volume) = (nalgebra::Matrix3::zeros(), 0.0);
+        for &cell in &self.star {
+            let v = self.mesh.volume(cell);
+            sum += v * self.body.deformation_gradient(cell, &self.state.u)?;
+            volume += v;
+        }
+        (volume > 0.0).then(|| sum / volume)
     }
 
     /// The point of the channel that is `slide` (m, of the deformed body) behind the tip, in the undeformed body; `None` where
