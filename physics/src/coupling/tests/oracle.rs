@@ -18,6 +18,7 @@ fn exact(method: SearchMethod, condense_after: Option<usize>, max_trials: usize)
         max_trials,
         condense_after,
         slack: 1.0,
+        ..SearchSettings::default()
     }
 }
 
