@@ -138,7 +138,7 @@ proptest! {
             colours: if flags[1] { ColourMap::Diverging } else { ColourMap::Sequential },
             cut: cut.map(|(normal, offset)| Cut { normal, offset }), towards,
             lines: vec![SpaceLine { points: line, width: size[0], label, tip: true, ..SpaceLine::default() }],
-            edges: flags[2], size,
+            edges: flags[2], size, ..SolidPicture::default()
         };
         check(picture.to_svg(), picture.to_svg())?;
     }

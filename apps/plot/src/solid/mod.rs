@@ -364,7 +364,6 @@ mod tests {
             let values = vec![0.0; tetrahedra.len()];
             let picture = SolidPicture {
                 points: &points, tetrahedra: &tetrahedra, values: &values, towards,
-                axis_names: draw::AXIS_NAMES,
                 cut: Some(Cut::through(point, normal)), ..SolidPicture::default()
             };
             let Ok(scene) = picture.bounds().and_then(|bounds| picture.scene(&bounds)) else { return Ok(()) };
