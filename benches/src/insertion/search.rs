@@ -171,9 +171,11 @@ mod tests {
             legs: vec![Leg::insert(0.015, SPEED), Leg::insert(-0.005, SPEED)],
         };
         let options = BenchOptions { threads: 1, ..BenchOptions::default() };
+        let mut steps = None;
         for (method, search) in methods() {
             let row = row(&scene, method, search, &options, &Team::serial()).unwrap();
-            assert!(row.ok && row.more["steps"] == 50.0, "{row:?}");
+            assert!(row.ok && row.more["steps"] >= 50.0, "{row:?}");
+            assert_eq!(*steps.get_or_insert(row.more["steps"]), row.more["steps"], "{row:?}");
             assert!(row.more["over_known"] >= 1.0 && row.more["trials_3_max"] <= 11.0, "{row:?}");
             assert!(method == "published" || row.more["consistent_%"] == 100.0, "{row:?}");
         }

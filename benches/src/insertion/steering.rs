@@ -293,7 +293,7 @@ mod tests {
     #[test]
     fn a_bevel_steers() {
         let options = BenchOptions { threads: 1, quick: true, ..BenchOptions::default() };
-        let base = Case { bevel: 0.2, dt: 0.04, ..Case::standard(true) };
+        let base = Case { bevel: 0.1, dt: 0.04, ..Case::standard(true) };
         for roll in [0.0, 0.5 * PI] {
             let (row, _) = follow(&Case { roll, ..base.clone() }, &options, &Team::serial()).unwrap();
             assert!(row.ok && row.more["curvature_per_m"] > 1.0, "{row:?}");
