@@ -9,6 +9,7 @@ use crate::{HistogramPanel, MeshPanel, PlotError, SolidPicture, text};
 
 /// A picture that can stand beside others.
 #[derive(Debug, Clone, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "two panels, each made once")]
 pub enum Picture<'a> {
     /// Plane meshes.
     Mesh(MeshPanel<'a>),

@@ -176,14 +176,8 @@ mod tests {
         let options = BenchOptions { threads: 1, ..BenchOptions::default() };
         let team = Team::serial();
         let eager = arm(&scene, LazyRule::Always, &options, &team).unwrap();
-        // Parts of a step that was made again count as well.
-        assert!(
-            eager.failed.is_none() && eager.updated >= eager.all,
-            "{:?} {} {}",
-            eager.failed,
-            eager.updated,
-            eager.all
-        );
+        // Cells are counted after a step, which may have made some.
+        assert!(eager.failed.is_none() && eager.updated.abs_diff(eager.all) * 1000 < eager.all);
         let mut last = eager.updated;
         for threshold in [1e-4, 0.01, 0.1] {
             let lazy = arm(&scene, LazyRule::Strain(threshold), &options, &team).unwrap();

@@ -157,7 +157,9 @@ fn sticking_is_exact() {
     }
 }
 
-fn topology(block: &Block) -> (Vec<(CellId, [VertexId; 4])>, Vec<[f64; 3]>) {
+type Topology = (Vec<(CellId, [VertexId; 4])>, Vec<[f64; 3]>);
+
+fn topology(block: &Block) -> Topology {
     let mesh = block.mesh();
     let cells = mesh.cells().map(|cell| (cell, mesh.cell(cell))).collect();
     (cells, mesh.vertices().map(|v| mesh.point(v)).collect())
