@@ -20,6 +20,7 @@ use crate::dynamics::{Drive, DynamicsSettings, Integrator, Scheme, Spent, StageT
 use crate::material::Hyperelastic;
 use crate::rod::Tangent;
 use std::time::Instant;
+use stylet_mesh::geometry::cross;
 use stylet_solver::energy::Energy;
 use stylet_solver::linear::{Attachment, CgWorkspace, NullSpace, NullSpaceWorkspace};
 use stylet_solver::sparse::BlockCsr;
@@ -510,10 +511,6 @@ impl RodSystem {
         end.base_force = std::array::from_fn(|k| forces[0][k] + forces[1][k]);
         end.base_moment = cross(&arm, &forces[1]);
     }
-}
-
-fn cross(p: &[f64; 3], q: &[f64; 3]) -> [f64; 3] {
-    [p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]]
 }
 
 fn check(needles: &[Shaft], sleeves: &[SleeveMotion]) -> Result<(), CouplingError> {

@@ -247,7 +247,6 @@ impl StickSlip for System<'_> {
                 w[i * q + k] = -self.slip(&unit);
             }
         }
-        symmetrise(w, q);
         self.b = b;
         (self.round_floor, self.scale) = (floor, scale);
         self.vectors.b_small = b_small;
@@ -309,15 +308,5 @@ impl System<'_> {
         let link = &self.links[node];
         set_triple(big_side, link.vertex, &link.tangent);
         set_triple(small_side, link.small, &link.tangent.map(|t| -t));
-    }
-}
-
-/// What solves to a tolerance leave unequal.
-fn symmetrise(w: &mut [f64], q: usize) {
-    for i in 0..q {
-        for k in 0..i {
-            let mean = 0.5 * (w[i * q + k] + w[k * q + i]);
-            (w[i * q + k], w[k * q + i]) = (mean, mean);
-        }
     }
 }

@@ -1,6 +1,7 @@
 //! Where a tip that flies freely meets the skin.
 
 use crate::coupling::{difference, inner, length, triple};
+use stylet_mesh::geometry::cross;
 use stylet_mesh::{CellId, SimplexMesh};
 
 /// A tip is outside until it is this part of the height of a cell behind the skin.
@@ -85,8 +86,4 @@ fn at_rest(
     let side = inner(&normal, &difference(&x[facet], &p)).signum();
     let inwards = normal.map(|n| side * n / length(&normal));
     Contact { part, material, inwards, edge: mesh.longest_edge(cell) }
-}
-
-fn cross(p: &[f64; 3], q: &[f64; 3]) -> [f64; 3] {
-    stylet_mesh::geometry::cross(p, q)
 }

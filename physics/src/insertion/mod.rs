@@ -287,19 +287,18 @@ impl<M: Hyperelastic<3>> Insertion<M> {
         };
         report.blocked += u32::from(moved.blocked);
         let since = self.times.remesh.add(since);
-        self.reparameterise(k, &old, moved.blocked)?;
+        self.reparameterise(k, &old)?;
         self.times.reparameterise.add(since);
         Ok(())
     }
 
     /// The needle as it is read at the nodes that it has now: those outside where they are, the others where the tissue is.
-    fn reparameterise(&mut self, k: usize, old: &Profile, blocked: bool) -> Result<(), InsertionError> {
+    fn reparameterise(&mut self, k: usize, old: &Profile) -> Result<(), InsertionError> {
         let needle = &self.needles[k];
         let slid = needle.slips.iter().any(|slip| slip.abs() > STILL);
         let (shaft, q) = (&needle.shaft, needle.shaft.nodes.len());
-        let outside = old.n_nodes() - old.states.len().max(usize::from(q > 0 || blocked));
         // A tip that has just met the skin, or come out of it, is the same node of the needle.
-        let outside = if q == 0 && !old.states.is_empty() { outside } else { outside.min(old.n_nodes() - 1) };
+        let outside = old.n_nodes() - old.states.len().max(1);
         let mut positions = old.positions[..3 * outside].to_vec();
         for node in &shaft.nodes {
             let (x, u) = (self.mesh.point(VertexId(node.vertex)), triple(&self.state.u, node.vertex as usize));

@@ -193,7 +193,7 @@ impl<M: Hyperelastic<3>> Insertion<M> {
             // What is born among held vertices is held; a vertex that moves keeps what holds it.
             let moved = birth.origin.parents().any(|(parent, _)| parent == birth.vertex);
             let held = birth.origin.parents().all(|(parent, _)| self.is_held(parent));
-            if !moved && self.born(change, birth.vertex) {
+            if !moved && self.is_born(birth.vertex) {
                 let constraint = if held { Constraint::Fixed } else { Constraint::Free };
                 let _ = self.subspace.set(birth.vertex.index(), constraint);
             }
@@ -211,8 +211,8 @@ impl<M: Hyperelastic<3>> Insertion<M> {
         matches!(self.subspace.get(vertex.index()), Constraint::Fixed)
     }
 
-    /// Whether a vertex of a change is new to the body: it had no mass before.
-    fn born(&self, _: &MeshChange, vertex: VertexId) -> bool {
+    /// Whether a vertex is new to the body: it had no mass before.
+    fn is_born(&self, vertex: VertexId) -> bool {
         self.body.lumped_mass().get(vertex.index()).is_none_or(|&mass| mass == 0.0)
     }
 
