@@ -16,7 +16,9 @@ use crate::tip::find_in_reference;
 use std::path::Path;
 use std::time::Instant;
 use stylet_mesh::{SimplexMesh, VertexId, quality};
-use stylet_physics::material::{Hyperelastic, Linear, MaterialError, NeoHookean, PlaneStress, StVenantKirchhoff};
+use stylet_physics::material::{
+    Hyperelastic, Linear, MaterialError, NeoHookean, PlaneStress, Solid, StVenantKirchhoff,
+};
 use stylet_solver::sparse::BlockCsr;
 use stylet_tissue::Simulation as _;
 use stylet_tissue::history::{Columns, HistoryRow};
@@ -80,17 +82,13 @@ pub fn resume_cube(state: State<3, 4>, threads: usize) -> Result<Box<dyn Simulat
     open_cube(&scene, threads, Some(state))
 }
 
-/// The material is looked at once, here; everything below is compiled for it.
+/// Whether the material is linear is looked at once, here; everything below is compiled for it. The nonlinear laws share a
+/// type, whose kernels are compiled with it.
 fn open_slab(scene: &Scene, threads: usize, state: Option<State<2, 3>>) -> Result<Box<dyn Simulation>, NeedleError> {
     check(scene, Tissue::Slab)?;
     match scene.material.model {
         Model::Linear => Run::open(scene, PlaneStress::new(law(scene, Linear::from_young_poisson)?), threads, state),
-        Model::StVenantKirchhoff => {
-            Run::open(scene, PlaneStress::new(law(scene, StVenantKirchhoff::from_young_poisson)?), threads, state)
-        }
-        Model::NeoHookean => {
-            Run::open(scene, PlaneStress::new(law(scene, NeoHookean::from_young_poisson)?), threads, state)
-        }
+        model => Run::open(scene, PlaneStress::new(solid(scene, model)?), threads, state),
     }
 }
 
@@ -103,10 +101,7 @@ fn open_cube(
     check(scene, Tissue::Cube)?;
     match scene.material.model {
         Model::Linear => Run::open(scene, law(scene, Linear::from_young_poisson)?, threads, state),
-        Model::StVenantKirchhoff => {
-            Run::open(scene, law(scene, StVenantKirchhoff::from_young_poisson)?, threads, state)
-        }
-        Model::NeoHookean => Run::open(scene, law(scene, NeoHookean::from_young_poisson)?, threads, state),
+        model => Run::open(scene, solid(scene, model)?, threads, state),
     }
 }
 
@@ -124,6 +119,15 @@ fn law<M>(scene: &Scene, from_young_poisson: fn(f64, f64) -> Result<M, MaterialE
     let MaterialStage { young, poisson, .. } = scene.material;
     from_young_poisson(young, poisson)
         .map_err(|e| NeedleError::Inconsistent { source_name: scene.name.clone(), reason: e.to_string() })
+}
+
+/// The nonlinear law of a scene.
+fn solid(scene: &Scene, model: Model) -> Result<Solid, NeedleError> {
+    Ok(match model {
+        Model::Linear => Solid::Linear(law(scene, Linear::from_young_poisson)?),
+        Model::StVenantKirchhoff => Solid::StVenantKirchhoff(law(scene, StVenantKirchhoff::from_young_poisson)?),
+        Model::NeoHookean => Solid::NeoHookean(law(scene, NeoHookean::from_young_poisson)?),
+    })
 }
 
 /// What a scene with a needle does.

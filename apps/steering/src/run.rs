@@ -280,6 +280,7 @@ fn settings(opened: &Setup) -> CoupledSettings {
             max_trials: whole(solver.max_trials),
             estimate: solver.search == SearchKind::Trials,
             condense_after: if solver.search == SearchKind::Published { None } else { Some(6) },
+            warm_start: solver.search != SearchKind::Published,
             ..SearchSettings::default()
         },
         coupling: match solver.coupling {

@@ -37,8 +37,11 @@ pub struct SearchSettings {
     pub estimate: bool,
     /// By how many tolerances a condition may be violated; see [`search`].
     pub slack: f64,
-    /// Whether the system is solved once more, from zero, with the states that were found: what a search that knew them would
-    /// have taken is then [reported](SearchReport::known_iterations). The answer is that of this last solve.
+    /// Whether the first solve of a step starts from the best combination of the last velocities and accelerations of the tissue,
+    /// not from zero as published.
+    pub warm_start: bool,
+    /// Whether the system is solved once more, from the same start, with the states that were found: what a search that knew
+    /// them would have taken is then [reported](SearchReport::known_iterations). The answer is that of this last solve.
     pub count_known: bool,
 }
 
@@ -52,6 +55,7 @@ impl Default for SearchSettings {
             condense_after: Some(4),
             estimate: true,
             slack: 1.0,
+            warm_start: true,
             count_known: false,
         }
     }

@@ -270,6 +270,7 @@ impl CoupledIntegrator {
         let since = self.times.couple.add(since);
         self.states.clear();
         self.states.extend(needles.iter().flat_map(|needle| needle.nodes.iter().map(|node| node.state)));
+        let moves = [&state.v[..], &state.a[..]];
         let mut system = System {
             method: self.settings.coupling,
             matrix: &it.matrix.matrix,
@@ -290,6 +291,7 @@ impl CoupledIntegrator {
             residual: 0.0,
             threshold: 0.0,
             moves: Vec::new(),
+            guesses: if self.settings.search.warm_start { &moves } else { &[] },
         };
         let found = search(&mut system, &mut self.states, &self.settings.search, &mut self.search, &mut self.answer);
         report.search = found?;

@@ -10,7 +10,9 @@ use super::stacked::{Parts, Stacked};
 use super::{Answer, CouplingError, SlipLimits, SlipState, StickSlip};
 use crate::dynamics::StepPreconditioner;
 use serde::{Deserialize, Serialize};
-use stylet_solver::linear::{CgSettings, NullSpace, NullSpaceWorkspace, null_space_cg, null_space_start};
+use stylet_solver::linear::{
+    CgSettings, NullSpace, NullSpaceWorkspace, null_space_cg, null_space_guess, null_space_start,
+};
 use stylet_solver::sparse::{BlockCsr, Frozen};
 use stylet_solver::stop::{Criterion, Stop, StopRule};
 use stylet_solver::subspace::{Constraint, Subspace};
@@ -85,6 +87,8 @@ pub(super) struct System<'s> {
     pub residual: f64,
     pub threshold: f64,
     pub moves: Vec<(usize, [f64; 3])>,
+    /// Moves of the tissue that are likely to go on.
+    pub guesses: &'s [&'s [f64]],
 }
 
 impl System<'_> {
@@ -127,6 +131,16 @@ impl System<'_> {
         let b = (&big_side[..], &small_side[..], &offsets[..]);
         self.scale = null_space_start(self.form, self.a, b, (&mut *self.x, x_small), self.ws)?;
         Ok(())
+    }
+
+    /// Goes on as the tissue has moved before, as far as that brings it nearer to the solution.
+    fn warm_up(&mut self) -> Result<(), CouplingError> {
+        if self.guesses.is_empty() {
+            return Ok(());
+        }
+        let SystemVectors { big_side, small_side, offsets, x_small, .. } = &mut *self.vectors;
+        let b = (&big_side[..], &small_side[..], &offsets[..]);
+        Ok(null_space_guess(self.form, self.a, b, (&mut *self.x, x_small), self.guesses, self.ws)?)
     }
 
     fn cg(&mut self, tolerance: f64) -> Result<usize, CouplingError> {
@@ -179,6 +193,7 @@ impl StickSlip for System<'_> {
             self.x.copy_from_slice(&self.vectors.start);
             self.vectors.x_small.fill(0.0);
             self.begin()?;
+            self.warm_up()?;
         }
         if self.method != CouplingMethod::NullSpace && !links.is_empty() {
             return self.solve_stacked(states, tolerance, answer);

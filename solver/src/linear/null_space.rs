@@ -18,6 +18,9 @@
 //! preconditioner of the big body: the coupled system then takes about the iterations of the big body alone.
 
 mod block;
+mod guess;
+
+pub use guess::null_space_guess;
 
 use super::krylov::{VectorError, check_length, finite};
 use super::{CgError, CgReport, CgSettings, CgWorkspace, projected_cg};
@@ -102,6 +105,8 @@ pub struct NullSpaceWorkspace {
     cg: CgWorkspace,
     z: Vec<f64>,
     right_side: Vec<f64>,
+    residual: Vec<f64>,
+    guessed: Vec<guess::Conjugate>,
     scratch: Mutex<Scratch>,
 }
 
@@ -419,7 +424,7 @@ pub fn null_space_cg<const B: usize>(
     ws: &mut NullSpaceWorkspace,
 ) -> Result<CgReport, NullSpaceError> {
     let n = form.prepare(a, (b_big, b_small, g), (&*x_big, &*x_small), ws)?;
-    let NullSpaceWorkspace { cg, z, right_side, scratch } = ws;
+    let NullSpaceWorkspace { cg, z, right_side, scratch, .. } = ws;
     let coupled = Coupled { form, a, m, scratch };
     let report = projected_cg(&coupled, &coupled, &form.w, right_side, z, settings, cg);
     x_big.copy_from_slice(&z[..n]);
@@ -441,7 +446,7 @@ pub fn null_space_start<const B: usize>(
     ws: &mut NullSpaceWorkspace,
 ) -> Result<f64, NullSpaceError> {
     let n = form.prepare(a, (b_big, b_small, g), (&*x_big, &*x_small), ws)?;
-    let NullSpaceWorkspace { cg, z, right_side, scratch } = ws;
+    let NullSpaceWorkspace { cg, z, right_side, scratch, .. } = ws;
     let coupled = Coupled { form, a, m: &Identity, scratch };
     let mut residual = vec![0.0; z.len()];
     let mut move_ = vec![0.0; z.len()];

@@ -40,8 +40,14 @@ pub fn minimum_degree(graph: &(impl Adjacency + ?Sized)) -> Result<Permutation, 
         rows[first..].sort_unstable();
         starts.push(rows.len());
     }
+    by_faer(&starts, &rows)
+}
+
+/// Not generic, so that it is compiled here.
+fn by_faer(starts: &[usize], rows: &[usize]) -> Result<Permutation, MinimumDegreeError> {
+    let n = starts.len() - 1;
     let failed = |reason: FaerError| MinimumDegreeError::Failed { nodes: n, reason };
-    let pattern = SymbolicSparseColMatRef::new_checked(n, n, &starts, None, &rows);
+    let pattern = SymbolicSparseColMatRef::new_checked(n, n, starts, None, rows);
     let mut memory =
         MemBuffer::try_new(amd::order_scratch::<usize>(n, rows.len())).map_err(|_| failed(FaerError::OutOfMemory))?;
     let (mut order, mut inverse) = (vec![0; n], vec![0; n]);

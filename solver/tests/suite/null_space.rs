@@ -7,13 +7,14 @@ use crate::common::{distance, from_dense, krylov, rule, system};
 use proptest::prelude::*;
 use stylet_solver::linear::{
     CgSettings, CgWorkspace, KktOperator, KktWorkspace, NullSpace, NullSpaceError, NullSpaceWorkspace, VectorError,
-    kkt_cg, null_space_cg, projected_cg,
+    kkt_cg, null_space_cg, null_space_guess, null_space_start, projected_cg,
 };
 use stylet_solver::precondition::{BlockJacobi, Identity};
 use stylet_solver::sparse::BlockCsr;
 use stylet_solver::stop::{Criterion, Stop};
 use stylet_solver::subspace::{Constraint, Subspace};
-use stylet_solver::vector::norm2;
+use stylet_solver::LinearOperator;
+use stylet_solver::vector::{dot, norm2};
 
 const TOLERANCE: f64 = 1e-5;
 
@@ -204,7 +205,51 @@ fn check_pair<const B: usize>(s: &Pair<B>) {
     assert_eq!((again.stop, again.iterations), (Stop::Converged, 0));
 }
 
+/// Guesses never leave more energy than the start, and one that leads to the solution is found among useless ones.
+fn check_guesses<const B: usize>(s: &Pair<B>) {
+    let a = resisted(s);
+    let mut w = s.big.w.clone();
+    w.resize(a.n_rows());
+    let stack = |u: &[f64], v: &[f64]| u.iter().chain(v).copied().collect::<Vec<f64>>();
+    let c = rows(s.big.a.n_rows(), &s.attachments, &s.free, &s.g);
+    let (exact, ..) = dense_kkt(&a, &w, &c, &stack(&s.big.b, &s.small.b), &stack(&s.big.x0, &s.small.x0));
+    let error = |u: &[f64], v: &[f64]| {
+        let e: Vec<f64> = stack(u, v).iter().zip(&exact).map(|(x, exact)| x - exact).collect();
+        let mut image = vec![0.0; e.len()];
+        a.apply(&e, &mut image);
+        dot(&e, &image).max(0.0).sqrt()
+    };
+    let m = BlockJacobi::new(&s.big.a, &s.big.w).unwrap();
+    let mut form = NullSpace::new(&s.big.a, &s.big.w, s.small.a.clone(), s.attachments.clone(), &s.free).unwrap();
+    form.set_motions(&s.free, &s.resistance).unwrap();
+    let (mut u, mut v) = (s.big.x0.clone(), s.small.x0.clone());
+    let mut ws = NullSpaceWorkspace::new();
+    let b = (&s.big.b[..], &s.small.b[..], &s.g[..]);
+    null_space_start(&form, &s.big.a, b, (&mut u, &mut v), &mut ws).unwrap();
+    let scale = norm2(&exact).max(1.0);
+    let before = error(&u, &v);
+    null_space_guess(&form, &s.big.a, b, (&mut u, &mut v), &[&s.big.b], &mut ws).unwrap();
+    let after = error(&u, &v);
+    assert!(after <= before * (1.0 + 1e-9) + 1e-9 * scale, "{before} to {after}");
+    let way: Vec<f64> = u.iter().zip(&exact).map(|(u, exact)| exact - u).collect();
+    let zero = vec![0.0; u.len()];
+    let guesses = [&s.big.b[..], &zero, &way, &s.big.b];
+    null_space_guess(&form, &s.big.a, b, (&mut u, &mut v), &guesses, &mut ws).unwrap();
+    assert!(error(&u, &v) <= 1e-6 * scale, "{} of {before}", error(&u, &v));
+    let solved = null_space_cg(&form, &s.big.a, &m, b, (&mut u, &mut v), &settings(1e-11), &mut ws).unwrap();
+    assert_eq!(solved.stop, Stop::Converged);
+    assert!(distance(&stack(&u, &v), &exact) <= 1e-7 * scale);
+    let short = null_space_guess(&form, &s.big.a, b, (&mut u, &mut v), &[&zero[1..]], &mut ws);
+    assert!(matches!(short, Err(NullSpaceError::Vector(VectorError::Length { .. }))), "{short:?}");
+}
+
 proptest! {
+    #[test]
+    fn guesses_lower_the_energy_2d(s in pair::<2>()) { check_guesses(&s); }
+
+    #[test]
+    fn guesses_lower_the_energy_3d(s in pair::<3>()) { check_guesses(&s); }
+
     #[test]
     fn agrees_with_a_dense_factorisation_2d(s in pair::<2>()) { check_pair(&s); }
 

@@ -1,17 +1,16 @@
-//! The numbers of a factor, and the calls to faer that make and use them.
+//! The numbers of a factor.
 
+use super::calls::{Calls, Pivots};
 use super::symbolic::Symbolic;
 use super::{DirectError, Method};
 use crate::memory::bytes_of_all;
 use crate::real::Real;
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::perm::PermRef;
-use faer::sparse::linalg::cholesky::{IntranodeLbltRef, LdltRef, LltRef, SymbolicCholesky, SymbolicCholeskyRaw};
+use faer::dyn_stack::{MemBuffer, StackReq};
+use faer::sparse::linalg::cholesky::{SymbolicCholesky, SymbolicCholeskyRaw};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
-use faer::{Conj, MatMut, Par, Side, Spec};
 
 /// The number formats that factors come in: `f64` and `f32`.
-pub trait FactorNumber: Real + faer::traits::RealField {
+pub trait FactorNumber: Real + Calls {
     /// A known solution may come back with this relative error: where a factor of the format is still of use.
     #[doc(hidden)]
     const KNOWN_SOLUTION: f64;
@@ -25,9 +24,6 @@ impl FactorNumber for f32 {
     const KNOWN_SOLUTION: f64 = 0.25;
 }
 
-/// Threads inside supernodes cost more than they save at the sizes of this library.
-const PAR: Par = Par::Seq;
-
 /// A pivot of `L Lᵀ` that is a smaller part of its diagonal entry than this many roundings, times the root of the number of rows,
 /// is one by rounding alone.
 const ROUNDINGS: f64 = 4.0;
@@ -37,31 +33,20 @@ const ROUNDINGS: f64 = 4.0;
 pub(super) struct Numeric<T> {
     pub(super) method: Method,
     values: Vec<T>,
-    subdiagonal: Vec<T>,
-    pivots: Vec<usize>,
-    pivots_inverse: Vec<usize>,
+    pivots: Pivots<T>,
     memory: Memory,
 }
 
 impl<T: FactorNumber> Numeric<T> {
     pub(super) fn new<const B: usize>(symbolic: &Symbolic<B>, method: Method) -> Result<Self, DirectError> {
-        let faer = &symbolic.faer;
-        let ldlt = faer.factorize_numeric_ldlt_scratch::<T>(PAR, Spec::default());
-        let scratch = match method {
-            // A factorisation that fails is done again as L D Lᵀ, to name the pivot.
-            Method::Llt => faer.factorize_numeric_llt_scratch::<T>(PAR, Spec::default()).or(ldlt),
-            Method::Ldlt => ldlt,
-            Method::Lblt => faer.factorize_numeric_intranode_lblt_scratch::<T>(PAR, Spec::default()),
-        };
         let pivoted = if method == Method::Lblt { symbolic.dim() } else { 0 };
-        Ok(Self {
-            method,
-            values: vec![T::ZERO; symbolic.stored()],
+        let pivots = Pivots {
             subdiagonal: vec![T::ZERO; pivoted],
-            pivots: (0..pivoted).collect(),
-            pivots_inverse: (0..pivoted).collect(),
-            memory: Memory::new(scratch)?,
-        })
+            order: (0..pivoted).collect(),
+            inverse: (0..pivoted).collect(),
+        };
+        let memory = Memory::new(T::factor_scratch(&symbolic.faer, method))?;
+        Ok(Self { method, values: vec![T::ZERO; symbolic.stored()], pivots, memory })
     }
 
     /// Factors the lower triangle `lower`, in the order of elimination.
@@ -78,18 +63,7 @@ impl<T: FactorNumber> Numeric<T> {
                 self.check_signed(symbolic)
             }
             Method::Lblt => {
-                let stack = self.memory.stack();
-                symbolic.faer.factorize_numeric_intranode_lblt(
-                    &mut self.values,
-                    &mut self.subdiagonal,
-                    &mut self.pivots,
-                    &mut self.pivots_inverse,
-                    a,
-                    Side::Lower,
-                    PAR,
-                    stack,
-                    Spec::default(),
-                );
+                T::lblt(&symbolic.faer, a, &mut self.values, &mut self.pivots, &mut self.memory.0);
                 self.check_signed(symbolic)
             }
         }
@@ -101,17 +75,7 @@ impl<T: FactorNumber> Numeric<T> {
         a: SparseColMatRef<'_, usize, T>,
     ) -> Result<(), DirectError> {
         let faer = &symbolic.faer;
-        let stack = self.memory.stack();
-        let result = faer.factorize_numeric_llt(
-            &mut self.values,
-            a,
-            Side::Lower,
-            Default::default(),
-            PAR,
-            stack,
-            Spec::default(),
-        );
-        if result.is_err() {
+        if !T::llt(faer, a, &mut self.values, &mut self.memory.0) {
             return Err(self.pivot_that_failed(symbolic, a));
         }
         let tolerance = ROUNDINGS * (symbolic.dim() as f64).sqrt() * <T as Real>::EPSILON.to_f64();
@@ -152,23 +116,21 @@ impl<T: FactorNumber> Numeric<T> {
     /// Where it meets a pivot of zero, faer stops: that zero is left on the diagonal for the check that follows.
     fn ldlt(&mut self, faer: &SymbolicCholesky<usize>, a: SparseColMatRef<'_, usize, T>) {
         self.values.fill(T::ZERO);
-        let stack = self.memory.stack();
-        let params = Spec::default();
-        let _ = faer.factorize_numeric_ldlt(&mut self.values, a, Side::Lower, Default::default(), PAR, stack, params);
+        T::ldlt(faer, a, &mut self.values, &mut self.memory.0);
     }
 
     /// Every pivot, or pair of them, has an inverse.
     fn check_signed<const B: usize>(&self, symbolic: &Symbolic<B>) -> Result<(), DirectError> {
         let mut pair = T::ZERO;
         let unusable = |at: usize, d: T| {
-            let below = self.subdiagonal.get(at).copied().unwrap_or(T::ZERO);
+            let below = self.pivots.subdiagonal.get(at).copied().unwrap_or(T::ZERO);
             let alone = below == T::ZERO && pair == T::ZERO;
             pair = below;
             !(Real::is_finite(d) && Real::is_finite(below)) || (alone && d == T::ZERO)
         };
         match find_on_diagonal(&symbolic.faer, &self.values, unusable) {
             Some((at, d)) => {
-                let row = caller_row(symbolic, self.pivots.get(at).copied().unwrap_or(at));
+                let row = caller_row(symbolic, self.pivots.order.get(at).copied().unwrap_or(at));
                 Err(DirectError::Singular { row, pivot: d.to_f64() })
             }
             None => Ok(()),
@@ -177,29 +139,14 @@ impl<T: FactorNumber> Numeric<T> {
 
     /// `x ← A⁻¹ x` for columns of length `n` one after the other, in the order of elimination.
     pub(super) fn solve<const B: usize>(&self, symbolic: &Symbolic<B>, columns: &mut [T], memory: &mut Memory) {
-        let (faer, n) = (&symbolic.faer, symbolic.dim());
-        let k = columns.len() / n;
-        let x = MatMut::from_column_major_slice_mut(columns, n, k);
-        let stack = memory.stack();
-        match self.method {
-            Method::Llt => LltRef::new(faer, &self.values).solve_in_place_with_conj(Conj::No, x, PAR, stack),
-            Method::Ldlt => LdltRef::new(faer, &self.values).solve_in_place_with_conj(Conj::No, x, PAR, stack),
-            Method::Lblt => {
-                let pivots = PermRef::new_checked(&self.pivots, &self.pivots_inverse, n);
-                IntranodeLbltRef::new(faer, &self.values, &self.subdiagonal, pivots).solve_in_place_with_conj(
-                    Conj::No,
-                    x,
-                    PAR,
-                    stack,
-                );
-            }
-        }
+        let factor = (&symbolic.faer, self.method, &self.values[..], &self.pivots);
+        T::solve(factor, symbolic.dim(), columns, &mut memory.0);
     }
 
     /// Bytes that it keeps, spare room included.
     pub(super) fn memory_bytes(&self) -> usize {
-        bytes_of_all([&self.values, &self.subdiagonal])
-            + bytes_of_all([&self.pivots, &self.pivots_inverse])
+        bytes_of_all([&self.values, &self.pivots.subdiagonal])
+            + bytes_of_all([&self.pivots.order, &self.pivots.inverse])
             + self.memory.bytes()
     }
 }
@@ -208,7 +155,7 @@ impl<T: FactorNumber> Numeric<T> {
 pub(super) struct Memory(MemBuffer);
 
 impl Memory {
-    pub(super) fn new(scratch: faer::dyn_stack::StackReq) -> Result<Self, DirectError> {
+    pub(super) fn new(scratch: StackReq) -> Result<Self, DirectError> {
         MemBuffer::try_new(scratch).map(Self).map_err(|_| DirectError::Faer(faer::sparse::FaerError::OutOfMemory))
     }
 
@@ -217,11 +164,7 @@ impl Memory {
         symbolic: &Symbolic<B>,
         k: usize,
     ) -> Result<Self, DirectError> {
-        Self::new(symbolic.faer.solve_in_place_scratch::<T>(k, PAR))
-    }
-
-    fn stack(&mut self) -> &mut MemStack {
-        MemStack::new(&mut self.0)
+        Self::new(T::solve_scratch(&symbolic.faer, k))
     }
 
     /// How many there are.

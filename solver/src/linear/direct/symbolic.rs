@@ -1,5 +1,6 @@
 //! What depends on the pattern alone.
 
+use super::calls::analyse;
 use super::elimination::{postordered, with_late_nodes};
 use super::lower::Lower;
 use super::{DirectError, Method};
@@ -7,12 +8,8 @@ use super::{DirectError, Method};
 use crate::ordering::nested_dissection;
 use crate::ordering::{Permutation, minimum_degree};
 use crate::sparse::BlockCsr;
-use faer::Side;
-use faer::sparse::SymbolicSparseColMatRef;
 use faer::sparse::linalg::SupernodalThreshold;
-use faer::sparse::linalg::cholesky::{
-    CholeskySymbolicParams, SymbolicCholesky, SymmetricOrdering, factorize_symbolic_cholesky,
-};
+use faer::sparse::linalg::cholesky::SymbolicCholesky;
 
 /// In which order nodes are eliminated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,12 +59,8 @@ impl<const B: usize> Symbolic<B> {
 
     fn with_order(a: &BlockCsr<B>, order: Vec<u32>, threshold: SupernodalThreshold) -> Result<Self, DirectError> {
         let lower = Lower::new(a, Permutation::from_checked(order))?;
-        // Without a permutation of its own, faer reads the upper triangle whatever side it is told.
         let (starts, cols) = lower.upper_columns();
-        let n = starts.len() - 1;
-        let upper = SymbolicSparseColMatRef::new_checked(n, n, &starts, None, &cols);
-        let params = CholeskySymbolicParams { supernodal_flop_ratio_threshold: threshold, ..Default::default() };
-        let faer = factorize_symbolic_cholesky(upper, Side::Upper, SymmetricOrdering::Identity, params)?;
+        let faer = analyse(&starts, &cols, threshold)?;
         Ok(Self { lower, faer })
     }
 
