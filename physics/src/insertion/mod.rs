@@ -12,6 +12,7 @@
 //! Source: Chentanez, Alterovitz, Ritchie, Cho, Hauser, Goldberg, Shewchuk & O'Brien, *Interactive simulation of surgical needle
 //! insertion and steering*, ACM Trans. Graph. 28(3) (2009).
 
+mod ambient;
 mod entry;
 mod error;
 mod interaction;
@@ -62,6 +63,7 @@ pub struct Insertion<M> {
     load: Vec<f64>,
     times: InsertionTimes,
     star: Vec<CellId>,
+    seen: Vec<bool>,
     frames: Vec<crate::rod::Frame>,
     shafts: Vec<crate::coupling::Shaft>,
 }
@@ -98,6 +100,7 @@ impl<M: Hyperelastic<3>> Insertion<M> {
             load: Vec::new(),
             times: InsertionTimes::default(),
             star: Vec::new(),
+            seen: Vec::new(),
             frames: Vec::new(),
             shafts: Vec::new(),
         };

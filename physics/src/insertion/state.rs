@@ -76,6 +76,7 @@ impl<M: Hyperelastic<3>> Insertion<M> {
             load: Vec::new(),
             times: InsertionTimes::default(),
             star: Vec::new(),
+            seen: Vec::new(),
             frames: Vec::new(),
             shafts: Vec::new(),
         };

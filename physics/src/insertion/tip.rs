@@ -1,9 +1,10 @@
 //! The tip in the mesh: entry, cutting on, withdrawing. After each the mesh has a node at the tip and edges along the needle.
 
 use super::entry::{Contact, contact};
-use super::{Insertion, InsertionError};
+use super::{Insertion, InsertionError, Needle};
 use crate::coupling::{CouplingNode, SlipLimits, SlipState, difference, inner, length, set_triple, triple, unit};
 use crate::material::Hyperelastic;
+use nalgebra::{Matrix3, Vector3};
 use stylet_mesh::remesh::{Motion, Outcome, RemeshError};
 use stylet_mesh::{CellId, MeshChange, SimplexMesh, VertexId};
 use stylet_mesh::{Displaced, Walk};
@@ -103,9 +104,9 @@ impl<M: Hyperelastic<3>> Insertion<M> {
 
     /// Where the tip is in the undeformed body, moved across by the bevel.
     fn ahead(&mut self, k: usize, slip: f64) -> Result<Option<[f64; 3]>, InsertionError> {
-        let needle = &self.needles[k];
-        let world = needle.shaft.tip();
-        let Some(tip) = needle.shaft.nodes.last() else { return Ok(None) };
+        let shaft = &self.needles[k].shaft;
+        let world = shaft.tip();
+        let Some(tip) = shaft.nodes.last().copied() else { return Ok(None) };
         let positions = Displaced { points: self.mesh.points(), displacement: &self.state.u };
         self.mesh.star(VertexId(tip.vertex), &mut self.star);
         let left = || InsertionError::LeftTissue { needle: k, at: world };
@@ -119,37 +120,38 @@ impl<M: Hyperelastic<3>> Insertion<M> {
         };
         let corners = self.mesh.corners(cell);
         let walked: [f64; 3] = std::array::from_fn(|i| (0..4).map(|c| weights[c] * corners[c][i]).sum());
+        let vertex = VertexId(tip.vertex);
+        let at = self.mesh.point(vertex);
+        let [walk, moved] = [
+            difference(&walked, &at),
+            difference(&world, &std::array::from_fn(|i| at[i] + self.state.u[3 * vertex.index() + i])),
+        ];
+        let across = self.bevel(k, slip);
         // The element ahead tells how far the tip has come, but not which way: in it the displacement falls from that of the tip,
         // which the bevel has put off its path, to that of the tissue ahead. Taken at its word it would bring the tip back by as
-        // much as the bevel moves it, and more the smaller the element. The mean over all cells around the tip does not contain
-        // the displacement of the tip itself (by the divergence theorem).
-        let at = self.mesh.point(VertexId(tip.vertex));
-        let moved = difference(&world, &std::array::from_fn(|i| at[i] + self.state.u[3 * tip.vertex as usize + i]));
-        let direction = self.mean_gradient().and_then(|f| f.try_inverse()).map_or(moved, |inverse| {
-            let v = inverse * nalgebra::Vector3::from(moved);
-            [v[0], v[1], v[2]]
-        });
-        let (way, far) = (unit(&direction), length(&difference(&walked, &at)));
-        let mut material: [f64; 3] = std::array::from_fn(|i| at[i] + far * way[i]);
-        let bevel = needle.settings.bevel;
-        if bevel != 0.0 {
-            needle.shaft.rod.frames(&needle.shaft.x, &needle.shaft.director, &mut self.frames);
-            if let Some(frame) = self.frames.last() {
-                (0..3).for_each(|i| material[i] += slip * bevel.tan() * frame[1][i]);
-            }
+        // much as the bevel moves it, and more the smaller the element.
+        let ambient =
+            self.ambient_gradient(k, vertex, cell).and_then(|f| f.try_inverse()).unwrap_or(Matrix3::identity());
+        let along: [f64; 3] = (ambient * Vector3::from(moved)).into();
+        let ahead = inner(&walk, &unit(&along));
+        // Cells that are turned inside out lead it back.
+        let far = if ahead > 0.0 { ahead } else { length(&walk) };
+        let across: [f64; 3] = (ambient * Vector3::from(across)).into();
+        let scale = far / length(&along);
+        if !scale.is_finite() {
+            return Ok(Some(walked));
         }
-        Ok(Some(material))
+        Ok(Some(std::array::from_fn(|i| at[i] + scale * (along[i] + across[i]))))
     }
 
-    /// The deformation gradient, averaged by volume over the cells in `star`.
-    fn mean_gradient(&self) -> Option<nalgebra::Matrix3<f64>> {
-        let (mut sum, mut volume) = (nalgebra::Matrix3::zeros(), 0.0);
-        for &cell in &self.star {
-            let v = self.mesh.volume(cell);
-            sum += v * self.body.deformation_gradient(cell, &self.state.u)?;
-            volume += v;
+    /// How far the bevel puts a tip off its path that has slid by `slip`.
+    fn bevel(&mut self, k: usize, slip: f64) -> [f64; 3] {
+        let Needle { settings, shaft, .. } = &self.needles[k];
+        if settings.bevel == 0.0 {
+            return [0.0; 3];
         }
-        (volume > 0.0).then(|| sum / volume)
+        shaft.rod.frames(&shaft.x, &shaft.director, &mut self.frames);
+        self.frames.last().map_or([0.0; 3], |frame| frame[1].map(|e| slip * settings.bevel.tan() * e))
     }
 
     /// The point of the channel that is `slide` (m, of the deformed body) behind the tip, in the undeformed body; `None` where
@@ -241,7 +243,7 @@ impl<M: Hyperelastic<3>> Insertion<M> {
         self.mesh.star(VertexId(tip.vertex), &mut self.star);
         for &cell in &self.star {
             for vertex in self.mesh.cell(cell) {
-                let touches = |needle: &super::Needle| needle.nodes().iter().any(|node| node.vertex == vertex.0);
+                let touches = |needle: &Needle| needle.nodes().iter().any(|node| node.vertex == vertex.0);
                 let other = (0..self.needles.len()).find(|&other| other != k && touches(&self.needles[other]));
                 if let Some(other) = other {
                     return Err(InsertionError::SharedElement { needle: k, other, cell: cell.0 });
