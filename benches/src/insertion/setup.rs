@@ -54,7 +54,11 @@ pub(crate) struct Tissue {
 impl Tissue {
     /// A box of gel with its lowest corner at the origin; `is_held` tells what is held.
     pub fn gel_box(size: [f64; 3], cells: [usize; 3], gel: Stuff, is_held: impl Fn(&[f64; 3]) -> bool) -> Self {
-        let mesh = kuhn_box::<3, 4>([0.0; 3], size, cells).expect("a box");
+        Self::of_gel(kuhn_box::<3, 4>([0.0; 3], size, cells).expect("a box"), gel, is_held)
+    }
+
+    /// A mesh of gel; `is_held` tells what is held.
+    pub fn of_gel(mesh: SimplexMesh<3, 4>, gel: Stuff, is_held: impl Fn(&[f64; 3]) -> bool) -> Self {
         let held = mesh.points().iter().map(is_held).collect();
         Self { mesh, regions: vec![(0, gel)], held }
     }

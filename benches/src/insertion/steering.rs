@@ -1,10 +1,11 @@
 //! `stylet bench steering`: the curvature of the path of a bevelled wire against what it should, and should not, depend on.
 
 use super::page;
-use super::setup::{BEVEL, FRAME, GEL, Layers, Leg, Numerics, SPEED, Scene, Stuff, Tissue, length, wire};
+use super::setup::{BEVEL, FRAME, GEL, Layers, Leg, Numerics, SPEED, Scene, Stuff, Tissue, wire};
 use crate::{BenchError, BenchOptions, Figure, Numbers, Report, Row};
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
+use stylet_mesh::generate::{kuhn_box, mirrored_kuhn_box};
 use stylet_physics::insertion::{NeedleSettings, UniformInteraction};
 use stylet_physics::rod::RodStiffness;
 use stylet_plot::{Chart, Series, Style};
@@ -13,27 +14,37 @@ use stylet_solver::team::Team;
 /// Box, m, wide where the needle bends to, and cells across its short side: a coarse mesh, the standard, a fine one.
 const BOX: [f64; 3] = [0.1, 0.1, 0.06];
 const CELLS: [usize; 3] = [6, 9, 12];
-/// How deep the tip goes, m, and the part of the way after which its path is looked at.
+/// How deep the tip goes, m, and the part of the way after which its path is looked at, at so many depths.
 const DEPTH: f64 = 0.08;
-const FROM: f64 = 1.0 / 3.0;
+const FROM: f64 = 0.5;
+const LOOKS: usize = 100;
 /// Bending stiffness of the wire, N m².
 const BENDING: f64 = 1.40e-3;
 /// Lateral stiffness of the tissue by length of the needle over Young's modulus: 1 to 1.5.
 const LATERAL: f64 = 1.25;
 /// What the theory of a beam in an elastic bed has for the exponents, and how far they may be from it.
 const EXPONENTS: [(&str, f64, f64); 3] = [("tan psi", 1.0, 0.05), ("E", 0.25, 0.05), ("EI", -0.25, 0.05)];
+/// Cutting force, N: the standard, none, and that of the phantom.
+const CUTTING: [f64; 3] = [0.05, 0.0, 0.2];
 /// How far curvatures may differ that should be equal, %.
 const INDEPENDENT: f64 = 10.0;
 /// Sideways drift of a symmetric tip over its depth, %.
 const DRIFT: f64 = 0.1;
 
 const ABOUT: &str = "A wire (0.83 mm, EI 1.40e-3 N m², bevel 5°) pushed 80 mm into gel (E 15 kPa, ν 0.45, 0.1 × 0.1 × 0.06 m, \
-    cells of 6.7 mm, held on all sides but that of the entry) at 20 mm/s with steps of 20 ms, friction 12 N/m, 200 N s/m², cutting \
-    0.05 N, the least in gel: a force at a node strains the cells around it by `f / E h²`; each row changes what it names. `curvature_per_m` is that of the circle through the last two thirds of the path of the tip \
-    in the undeformed body, by least squares in the plane of the bevel; `beam_per_m` is `(k/4EI)^(1/4) tan psi` with `k = 1.25 E`: \
-    a beam in an elastic bed whose tip cuts at psi to itself, to which its slope and not the absolute value is compared; `rms_mm` \
-    is the distance of the path from the circle, `out_mm` how far the tip leaves the plane, `drift_%` the distance of its end from \
-    the axis over the depth.\n\n![Paths of the tip](steering.svg)";
+    cubes of 6.7 mm, each the mirror image of its neighbours, held on all sides but that of the entry) at 20 mm/s with steps of \
+    20 ms, friction 12 N/m, 200 N s/m², cutting 0.05 N; each row changes what it names.\n\n\
+    Each row is two runs, the second with the wire rolled by 180°. The path that is looked at is that of the tip in the undeformed \
+    body, in the plane of the bevel: half the difference of the two, which the bevel makes. Half their sum is what the mesh makes: \
+    `drift_%` is its distance from the axis at the end over the depth, `uneven_%` the difference of the curvatures of the two runs \
+    over their mean. `curvature_per_m` is that of the circle through the second half of the path by least squares, and `rms_mm` \
+    the distance of the path from it. `beam_per_m` is `(k/4EI)^(1/4) tan psi` with `k = 1.25 E`: a beam in an elastic bed whose tip \
+    cuts at psi to itself, to which the exponents and not the absolute values are compared. In a body of this size the exponents \
+    of that beam itself are 1/4 to 0.28, and the stiffness `k` of a solid falls slowly with the length over which it is bent, \
+    over the size of its cells.\n\n\
+    A cutting force acts at one node and pushes it aside where the cells around it are not symmetric. Where all diagonals run the \
+    same way, as in Kuhn's mesh, this bends the path of a symmetric tip, by the same at any size of the cells; the rows \
+    `Kuhn's mesh` show it. In a mesh without such a direction it is a matter of chance.\n\n![Paths of the tip](steering.svg)";
 
 /// One run.
 #[derive(Clone)]
@@ -47,6 +58,9 @@ struct Case {
     bevel: f64,
     dt: f64,
     cells: usize,
+    cutting: f64,
+    /// Whether all diagonals of the mesh run the same way.
+    kuhn: bool,
     /// Angle of the bevel about the axis, rad, and turning, rad/s.
     roll: f64,
     spin: f64,
@@ -63,6 +77,8 @@ impl Case {
             bevel: BEVEL,
             dt: FRAME,
             cells: if quick { CELLS[0] } else { CELLS[1] },
+            cutting: CUTTING[0],
+            kuhn: false,
             roll: 0.0,
             spin: 0.0,
         }
@@ -75,8 +91,9 @@ impl Case {
     fn scene(&self) -> Scene {
         let sides = |x: &[f64; 3]| x[0] > BOX[0] - 1e-9 || (1..3).any(|k| x[k] < 1e-9 || x[k] > BOX[k] - 1e-9);
         let gel = Stuff { young: self.young, ..GEL };
-        let tissue =
-            Tissue::gel_box(BOX, BOX.map(|side| (side / BOX[2] * self.cells as f64).round() as usize), gel, sides);
+        let cells = BOX.map(|side| (side / BOX[2] * self.cells as f64).round() as usize);
+        let divide = if self.kuhn { kuhn_box } else { mirrored_kuhn_box };
+        let tissue = Tissue::of_gel(divide([0.0; 3], BOX, cells).expect("a box"), gel, sides);
         // Off the edges and faces of the mesh.
         let plain = wire([0.0, 0.5 * BOX[1] + 0.31e-3, 0.5 * BOX[2] - 0.23e-3], self.bevel);
         let scale = self.bending / plain.stiffness.bending;
@@ -88,7 +105,7 @@ impl Case {
             tissue,
             needle: NeedleSettings { stiffness, bevel_direction, ..plain },
             layers: Layers {
-                within: UniformInteraction { friction: 12.0, viscosity: 200.0, cutting: 0.05 },
+                within: UniformInteraction { friction: 12.0, viscosity: 200.0, cutting: self.cutting },
                 ..Layers::default()
             },
             legs: vec![Leg {
@@ -131,10 +148,17 @@ fn cases(quick: bool) -> Vec<Case> {
             ..standard.clone()
         });
     }
-    cases.push(Case { name: "symmetric tip", bevel: 0.0, ..standard.clone() });
-    cases.push(Case { name: "rolled by 180°", roll: PI, ..standard.clone() });
     cases.push(Case { name: "rolled by 90°", roll: 0.5 * PI, ..standard.clone() });
-    cases.push(Case { name: "spinning, 2 turns/s", spin: 4.0 * PI, ..standard });
+    for cutting in &CUTTING[1..] {
+        cases.push(Case { name: "cutting", value: *cutting, unit: " N", cutting: *cutting, ..standard.clone() });
+    }
+    cases.push(Case { name: "Kuhn's mesh", kuhn: true, ..standard.clone() });
+    cases.push(Case { name: "spinning, 2 turns/s", spin: 4.0 * PI, ..standard.clone() });
+    for cutting in CUTTING {
+        let straight = Case { bevel: 0.0, cutting, ..standard.clone() };
+        cases.push(Case { name: "symmetric tip, cutting", value: cutting, unit: " N", ..straight });
+    }
+    cases.push(Case { name: "Kuhn's mesh, symmetric tip", kuhn: true, bevel: 0.0, ..standard });
     cases
 }
 
@@ -163,45 +187,85 @@ pub(crate) fn run(options: &BenchOptions, say: &mut dyn FnMut(&str)) -> Result<R
 /// Where the tip was in the undeformed body, from the start of the needle: along it, in the plane of the bevel, out of it.
 type Path = Vec<[f64; 3]>;
 
-fn follow(case: &Case, options: &BenchOptions, team: &Team) -> Result<(Row, Path), BenchError> {
+/// What a run did.
+#[derive(Default)]
+struct Run {
+    path: Path,
+    blocked: u32,
+    seconds: f64,
+    failed: Option<String>,
+}
+
+fn push(case: &Case, options: &BenchOptions, team: &Team) -> Result<Run, BenchError> {
     let scene = case.scene();
     let mut insertion = scene.start(&Numerics { dt: case.dt, ..Numerics::default() }, team)?;
-    let mut path = Path::new();
+    let mut run = Run::default();
     let start = scene.needle.base;
-    let (mut blocked, mut seconds) = (0, 0.0);
     let followed = scene.follow(&mut insertion, case.dt, |insertion, step, frame| {
-        blocked += step.blocked;
-        seconds += frame;
+        run.blocked += step.blocked;
+        run.seconds += frame;
         if let Some(tip) = insertion.needles()[0].nodes().last() {
             let x = insertion.mesh().points()[tip.vertex as usize];
             let [along, y, z]: [f64; 3] = std::array::from_fn(|k| x[k] - if k == 0 { 0.0 } else { start[k] });
             let (sin, cos) = case.roll.sin_cos();
-            path.push([along, cos * y + sin * z, cos * z - sin * y]);
+            run.path.push([along, cos * y + sin * z, cos * z - sin * y]);
         }
         if options.stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });
-    let end = path.last().copied().unwrap_or([f64::NAN; 3]);
-    let late: Vec<[f64; 2]> = path.iter().filter(|p| p[0] > FROM * end[0]).map(|p| [p[0], p[1]]).collect();
-    let (curvature, rms) = circle(&late);
-    let more = Numbers::from([
-        ("curvature_per_m", curvature),
-        ("beam_per_m", case.beam()),
-        ("depth_mm", 1e3 * end[0]),
-        ("rms_mm", 1e3 * rms),
-        ("out_mm", 1e3 * end[2]),
-        ("drift_%", 100.0 * length(&[0.0, end[1], end[2]]) / end[0]),
-        ("blocked", f64::from(blocked)),
+    run.failed = followed.err().map(|error| error.to_string());
+    Ok(run)
+}
+
+/// Two runs, the second rolled by 180 degrees; of both the path that the bevel makes. A symmetric tip needs but one.
+fn follow(case: &Case, options: &BenchOptions, team: &Team) -> Result<(Row, Path), BenchError> {
+    let first = push(case, options, team)?;
+    let is_symmetric = case.bevel == 0.0;
+    let second =
+        if is_symmetric { None } else { Some(push(&Case { roll: case.roll + PI, ..case.clone() }, options, team)?) };
+    // The second run is seen from its own bevel.
+    let other = second.as_ref().map_or(&first.path, |run| &run.path);
+    let sign = if is_symmetric { 1.0 } else { -1.0 };
+    let depth = [&first.path, other].map(|path| path.last().map_or(f64::NAN, |end| end[0]));
+    let depth = depth[0].min(depth[1]);
+    let looks = |from: f64| (0..LOOKS).map(move |i| depth * (from + (1.0 - from) * (i + 1) as f64 / LOOKS as f64));
+    let bent = |x: f64| [at(&first.path, x), at(other, x)];
+    let half = |x: f64| bent(x).map(|p| 0.5 * p[0]).iter().sum::<f64>();
+    let of_bevel: Path = looks(0.0).map(|x| [x, half(x), 0.0]).filter(|p| p[1].is_finite()).collect();
+    let late = |f: &dyn Fn(f64) -> f64| circle(&looks(FROM).map(|x| [x, f(x)]).collect::<Vec<_>>());
+    let [one, two] = [late(&|x| bent(x)[0][0]).0, late(&|x| bent(x)[1][0]).0];
+    let (curvature, rms) = late(&half);
+    let drift: [f64; 2] = std::array::from_fn(|k| 0.5 * (bent(depth)[0][k] + sign * bent(depth)[1][k]));
+    let mut more = Numbers::from([
+        ("depth_mm", 1e3 * depth),
+        ("drift_%", 100.0 * drift[0].hypot(drift[1]) / depth),
+        ("blocked", f64::from(first.blocked + second.as_ref().map_or(0, |run| run.blocked))),
     ]);
+    if !is_symmetric {
+        more.insert("curvature_per_m", curvature);
+        more.insert("beam_per_m", case.beam());
+        more.insert("uneven_%", 200.0 * (one - two).abs() / (one + two).abs());
+        more.insert("rms_mm", 1e3 * rms);
+    }
+    let failed = first.failed.or(second.as_ref().and_then(|run| run.failed.clone()));
     let row = Row {
         case: case.label(),
         threads: options.threads,
-        ok: followed.is_ok(),
-        note: followed.err().map_or_else(String::new, |error| error.to_string()),
-        seconds: Some(seconds),
+        ok: failed.is_none(),
+        note: failed.unwrap_or_default(),
+        seconds: Some(first.seconds + second.map_or(0.0, |run| run.seconds)),
         more,
         ..Row::default()
     };
-    Ok((row, path))
+    Ok((row, if is_symmetric { first.path } else { of_bevel }))
+}
+
+/// Where a path is at a depth: in the plane of the bevel and out of it.
+fn at(path: &Path, depth: f64) -> [f64; 2] {
+    let Some(next) = path.iter().position(|p| p[0] >= depth) else { return [f64::NAN; 2] };
+    let (a, b) = (path[next.saturating_sub(1)], path[next]);
+    let part = if b[0] > a[0] { (depth - a[0]) / (b[0] - a[0]) } else { 1.0 };
+    // Before its first place it was on the axis.
+    if next == 0 { [0.0; 2] } else { std::array::from_fn(|k| a[k + 1] + part * (b[k + 1] - a[k + 1])) }
 }
 
 /// Signed curvature of the circle through points of the plane and their distance from it, both by least squares: the algebraic
@@ -226,7 +290,8 @@ fn circle(points: &[[f64; 2]]) -> (f64, f64) {
 }
 
 fn figures(report: &Report, paths: &[(Case, Path)]) -> Vec<Figure> {
-    let curvature = |k: usize| report.rows[k].more["curvature_per_m"];
+    let of_row = |k: usize, what: &str| report.rows[k].more.get(what).copied().unwrap_or(f64::NAN);
+    let curvature = |k: usize| of_row(k, "curvature_per_m");
     let of = |name: &str| (0..paths.len()).filter(|&k| paths[k].0.name == name).collect::<Vec<_>>();
     let mut figures = Vec::new();
     for (name, exponent, off) in EXPONENTS {
@@ -243,13 +308,20 @@ fn figures(report: &Report, paths: &[(Case, Path)]) -> Vec<Figure> {
         return figures;
     }
     let standard = curvature(0);
-    for name in ["dt", "h", "rolled by 180°", "rolled by 90°"] {
-        let off = |k: &usize| 100.0 * (curvature(*k) / standard - 1.0).abs();
-        let most = of(name).iter().map(off).fold(0.0, f64::max);
+    for name in ["dt", "h", "cutting", "rolled by 90°"] {
+        let off = |k: usize| 100.0 * (curvature(k) / standard - 1.0).abs();
+        // What has failed has no curvature, and counts as the most.
+        let most = of(name).into_iter().map(off).max_by(f64::total_cmp);
+        let Some(most) = most else { continue };
         figures.push(Figure::at_most(format!("{name}: most change of the curvature, %"), most, INDEPENDENT));
     }
-    for k in of("symmetric tip") {
-        figures.push(Figure::at_most("symmetric tip: drift, %", report.rows[k].more["drift_%"], DRIFT));
+    figures.push(Figure::at_most("rolled by 180°: change of the curvature, %", of_row(0, "uneven_%"), INDEPENDENT));
+    for k in of("symmetric tip, cutting") {
+        let name = format!("{}: drift, %", paths[k].0.label());
+        figures.push(Figure::at_most(name, of_row(k, "drift_%"), DRIFT));
+    }
+    for k in of("Kuhn's mesh, symmetric tip") {
+        figures.push(Figure::plain("Kuhn's mesh, symmetric tip: drift, %", of_row(k, "drift_%")));
     }
     figures
 }

@@ -24,6 +24,21 @@ pub fn kuhn_box<const D: usize, const N: usize>(
     kuhn_box_with_rule(lower, upper, cells, Rule::default())
 }
 
+/// As [`kuhn_box`], but each part is the mirror image of its neighbours (the "Union Jack"): with an even number of parts the
+/// mesh is its own mirror image, and in no case has it a direction in which its diagonals run.
+///
+/// The vertices are those of [`kuhn_box`], and so are the numbers of the parts.
+///
+/// # Errors
+/// As [`kuhn_box`].
+pub fn mirrored_kuhn_box<const D: usize, const N: usize>(
+    lower: [f64; D],
+    upper: [f64; D],
+    cells: [usize; D],
+) -> Result<SimplexMesh<D, N>, MeshError> {
+    divide(lower, upper, cells, Rule::default(), true)
+}
+
 /// As [`kuhn_box`], with a choice of the rule by which cells come to their refinement edges: by colour these are not the
 /// diagonals.
 ///
@@ -35,6 +50,16 @@ pub fn kuhn_box_with_rule<const D: usize, const N: usize>(
     cells: [usize; D],
     rule: Rule,
 ) -> Result<SimplexMesh<D, N>, MeshError> {
+    divide(lower, upper, cells, rule, false)
+}
+
+fn divide<const D: usize, const N: usize>(
+    lower: [f64; D],
+    upper: [f64; D],
+    cells: [usize; D],
+    rule: Rule,
+    mirrored: bool,
+) -> Result<SimplexMesh<D, N>, MeshError> {
     const { assert!(N == D + 1, "a box is filled by simplices with D + 1 vertices") };
     check_box(&lower, &upper, &cells)?;
     let paths = paths::<D>();
@@ -45,11 +70,12 @@ pub fn kuhn_box_with_rule<const D: usize, const N: usize>(
         .collect();
     let mut simplices = Vec::with_capacity(cells.iter().product::<usize>() * paths.len());
     for at in grid(&cells) {
+        let is_mirrored = |axis: usize| mirrored && at[axis] % 2 == 1;
         for path in &paths {
-            let mut vertex: usize = (0..D).map(|k| at[k] * strides[k]).sum();
+            let mut vertex: usize = (0..D).map(|k| (at[k] + usize::from(is_mirrored(k))) * strides[k]).sum();
             let mut simplex = [vertex as u32; N];
             for (step, &axis) in path.iter().enumerate() {
-                vertex += strides[axis];
+                vertex = if is_mirrored(axis) { vertex - strides[axis] } else { vertex + strides[axis] };
                 simplex[step + 1] = vertex as u32;
             }
             simplices.push(simplex);

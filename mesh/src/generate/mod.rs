@@ -9,5 +9,5 @@ pub mod stuff;
 mod tets;
 
 pub use delaunay::random_delaunay;
-pub use kuhn_box::{kuhn_box, kuhn_box_with_rule};
+pub use kuhn_box::{kuhn_box, kuhn_box_with_rule, mirrored_kuhn_box};
 pub use tets::Tets;

@@ -1,6 +1,7 @@
 //! Which start meshes are refused, and why; surfaces and rods.
 
-use stylet_mesh::{CellId, MeshChange, MeshError as Error, SimplexMesh, generate::kuhn_box};
+use stylet_mesh::generate::{kuhn_box, mirrored_kuhn_box};
+use stylet_mesh::{CellId, MeshChange, MeshError as Error, SimplexMesh};
 
 type Triangles = SimplexMesh<2, 3>;
 
@@ -70,6 +71,35 @@ fn boxes_are_filled_in_path_order() {
     // A sum of 144 rounded terms.
     assert!((mesh.total_volume() - 2.0 * 0.3 * 0.7).abs() < 1e-14);
     assert_eq!(mesh.points()[59], [1.0, 0.3, 2.7]);
+}
+
+/// Mirrored in any of its axes it has the same cells, which Kuhn's own mesh has not.
+#[test]
+fn mirrored_boxes_are_their_own_images() {
+    let cells = |mesh: &SimplexMesh<3, 4>, axis: Option<usize>| {
+        let place = |v| {
+            let mut x = mesh.point(v).map(|x| (4.0 * x).round() as i64);
+            axis.into_iter().for_each(|axis| x[axis] = 4 - x[axis]);
+            x
+        };
+        let mut cells: Vec<_> = mesh.cells().map(|c| mesh.cell(c).map(place)).collect();
+        cells.iter_mut().for_each(|cell| cell.sort_unstable());
+        cells.sort_unstable();
+        cells
+    };
+    let mut mesh = mirrored_kuhn_box::<3, 4>([0.0; 3], [1.0; 3], [4, 2, 2]).unwrap();
+    mesh.check_invariants().unwrap();
+    assert_eq!((mesh.n_cells(), mesh.n_vertices()), (6 * 16, 5 * 3 * 3));
+    assert!((mesh.total_volume() - 1.0).abs() < 1e-14);
+    let kuhn = kuhn_box::<3, 4>([0.0; 3], [1.0; 3], [4, 2, 2]).unwrap();
+    assert_eq!(mesh.points(), kuhn.points());
+    for axis in 0..3 {
+        assert_eq!(cells(&mesh, Some(axis)), cells(&mesh, None), "axis {axis}");
+        assert_ne!(cells(&kuhn, Some(axis)), cells(&kuhn, None), "axis {axis}");
+    }
+    mesh.refine_around([1.0, 1.0, 0.0], 0.05, &mut MeshChange::default()).unwrap();
+    mesh.check_invariants().unwrap();
+    assert!(mirrored_kuhn_box::<2, 3>([0.0; 2], [1.0, f64::NAN], [1; 2]).is_err());
 }
 
 #[test]

@@ -9,4 +9,5 @@ mod rod_buckling;
 mod rod_derivatives;
 mod rod_dynamics;
 mod rod_statics;
+mod steering;
 mod stick_slip;
