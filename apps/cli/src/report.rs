@@ -145,7 +145,10 @@ fn steering_facts(steering: &SteeringSummary, facts: &mut Vec<(&'static str, Str
         facts.push(("needle nodes", format!("{} in the tissue, of which {} stick", needle.nodes, needle.sticking)));
     }
     let [least, largest] = steering.angles_deg;
-    facts.push(("all angles", format!("{least:.1} to {largest:.1} degrees over all steps, undeformed")));
+    facts.push((
+        "all angles",
+        format!("{least:.1} to {largest:.1} degrees, undeformed, from the twenty-first step inside on"),
+    ));
     facts.push((
         "states",
         format!(

@@ -110,6 +110,8 @@ pub(crate) struct Record {
     /// Least distance of a needle from what is fixed, in the undeformed body.
     pub clearance: Option<f64>,
     pub snapshot: Option<Snapshot>,
+    /// Mean edge of the mesh, m.
+    edge: f64,
 }
 
 impl Record {
@@ -119,7 +121,8 @@ impl Record {
             points.iter().map(|(name, at)| Tracked::new(name.clone(), *at, &geometry.mesh, u)).collect();
         let places = markers.iter().map(|marker| marker.place).collect();
         let closest = vec![None; markers.len()];
-        let mut record = Self { markers, closest, traces: vec![Vec::new(); n_needles], ..Self::default() };
+        let (traces, edge) = (vec![Vec::new(); n_needles], geometry.mean_edge());
+        let mut record = Self { markers, closest, traces, edge, ..Self::default() };
         record.track.push((0.0, places));
         record
     }
@@ -135,7 +138,6 @@ impl Record {
     ) {
         self.totals.add(report);
         let angles = insertion.remeshed_angles_deg();
-        self.totals.see_angles(angles);
         let (mesh, u) = (insertion.mesh(), &insertion.state().u);
         for (k, needle) in insertion.needles().iter().enumerate() {
             let trace = trace(t, needle, mesh);
@@ -160,6 +162,9 @@ impl Record {
                 }
             }
             self.traces[k].push(trace);
+        }
+        if !self.traces.iter().any(|traces| is_shallow(traces, self.edge)) {
+            self.totals.see_angles(angles);
         }
         self.markers.iter_mut().for_each(|marker| marker.follow(mesh, u));
         self.seeds.iter_mut().for_each(|seed| seed.2.follow(mesh, u));
@@ -228,6 +233,20 @@ fn trace(t: f64, needle: &Needle, mesh: &SimplexMesh<3, 4>) -> Trace {
     }
 }
 
+/// Whether the edge from the skin to the tip is so short that cells beside it cannot but be flat: in the first twenty steps after
+/// the puncture, as Chentanez et al. (2009) count (section 3.4.1), and later where the tip is back at less than the depth that it
+/// had then, or than the mean edge if that is less.
+fn is_shallow(traces: &[Trace], edge: f64) -> bool {
+    const STEPS: usize = 20;
+    let inside = traces.iter().rev().take_while(|trace| trace.reference.is_some()).count();
+    let since_puncture = &traces[traces.len() - inside..];
+    match (since_puncture.get(STEPS), since_puncture.last()) {
+        (Some(then), Some(now)) => now.depth < then.depth.min(edge),
+        (None, Some(_)) => true,
+        _ => false,
+    }
+}
+
 /// Depths that a tip has come back past in a step, and the material points where it was then: between its places at the start and
 /// at the end, by the depth.
 fn left_between(before: &Trace, after: &Trace, depths: &[f64]) -> Vec<(f64, [f64; 3])> {
@@ -249,6 +268,31 @@ pub(crate) fn distance(p: &[f64; 3], q: &[f64; 3]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_first_twenty_steps_are_shallow_and_so_is_what_is_no_deeper() {
+        let trace = |depth: f64| Trace {
+            t: 0.0,
+            tip: [0.0; 3],
+            reference: (depth >= 0.0).then_some([depth, 0.0, 0.0]),
+            depth,
+            force: [0.0; 3],
+            states: Vec::new(),
+        };
+        let mut traces = vec![trace(-1.0); 30];
+        assert!(!is_shallow(&traces, 1.0));
+        for step in 0..40 {
+            traces.push(trace(f64::from(step)));
+            assert_eq!(is_shallow(&traces, 100.0), step < 20, "step {step}");
+        }
+        traces.push(trace(19.5));
+        assert!(is_shallow(&traces, 100.0) && !is_shallow(&traces, 10.0));
+        // A second puncture counts anew.
+        traces.push(trace(-1.0));
+        assert!(!is_shallow(&traces, 10.0));
+        traces.push(trace(30.0));
+        assert!(is_shallow(&traces, 10.0));
+    }
 
     #[test]
     fn seeds_are_left_where_the_tip_comes_back_past_their_depth() {

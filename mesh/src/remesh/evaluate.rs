@@ -2,13 +2,14 @@
 
 use super::{
     candidate::{Candidate, Near, Round, Rule, near},
+    freedom::Freedom,
     measure::{Moving, Star, shape},
     needle::Needle,
     search::Search,
 };
 use crate::{
     SimplexMesh,
-    geometry::{self, distance2, subtract},
+    geometry::{self, subtract},
     node::NONE,
 };
 
@@ -23,8 +24,6 @@ pub(super) const COVERED_WEIGHT: f64 = 16.0;
 const COVERED_SHAPE: f64 = 1e-3;
 /// How close to its ends the optimum is sought on a segment.
 const MARGIN: f64 = 0.02;
-/// Searches along lines in a free optimisation.
-const ROUNDS: usize = 4;
 
 impl<const D: usize, const N: usize> Search<D, N> {
     /// Fills in the shapes of the trial operation, on the face of the vertices of `t` in `subset`; false if it is not
@@ -170,7 +169,7 @@ pub(super) fn covered_around<'a, const D: usize, const N: usize>(
     covered.filter(move |&slot| mesh.nodes[slot as usize].v.contains(&v))
 }
 
-/// The best move of a follower, and the least shape after it. Staying is always among the choices.
+/// The best move of a follower, and the least shape after it. Staying is always among the choices on a segment.
 fn follow<const D: usize>(star: &mut Star<D>, home: &[f64; D], p: &[f64; D], rule: &Rule<D>) -> ([f64; D], f64) {
     let stay = ([0.0; D], star.least(&[0.0; D]));
     match rule {
@@ -178,7 +177,10 @@ fn follow<const D: usize>(star: &mut Star<D>, home: &[f64; D], p: &[f64; D], rul
             let range = (MARGIN, 1.0 - MARGIN);
             star.best_on_line(&subtract(p, home), &subtract(end, p), range, stay.1).unwrap_or(stay)
         }
-        Rule::Free => star.best_anywhere(distance2(p, home).sqrt(), ROUNDS),
+        Rule::Free => {
+            let (d, _) = star.descend(&Freedom::full());
+            (d, star.least(&d))
+        }
     }
 }
 

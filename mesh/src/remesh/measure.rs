@@ -50,7 +50,7 @@ pub(super) fn shape<const D: usize, const N: usize>(corners: &[[f64; D]; N], sig
 
 /// The gradient of the signed volume with respect to the position of corner `at`: the normal of the opposite facet.
 #[inline]
-fn volume_gradient<const D: usize, const N: usize>(corners: &[[f64; D]; N], at: usize) -> [f64; D] {
+pub(super) fn volume_gradient<const D: usize, const N: usize>(corners: &[[f64; D]; N], at: usize) -> [f64; D] {
     // The corners after `at`, cyclically; turning N corners through one place has the sign of (-1)^D.
     let others: [[f64; D]; N] = std::array::from_fn(|i| corners[(at + 1 + i) % N]);
     let sign = if D % 2 == 1 && at.is_multiple_of(2) { -1.0 } else { 1.0 } / factorial(D);
@@ -112,8 +112,13 @@ impl<const D: usize> Moving<D> {
         self.factor * volume * volume.abs() / power::<D>(sum)
     }
 
+    /// The sum of the squared edges.
+    pub fn sum(&self) -> f64 {
+        self.sum
+    }
+
     /// The gradient of the logarithm of the shape after a move by `d`, of the sign of the volume.
-    fn ascent(&self, d: &[f64; D]) -> [f64; D] {
+    pub fn ascent(&self, d: &[f64; D]) -> [f64; D] {
         let volume = self.volume + dot(&self.gradient, d);
         let sum = self.sum + 2.0 * dot(&self.slope, d) + D as f64 * dot(d, d);
         let (a, b) = (2.0 / volume.abs(), 2.0 * D as f64 / sum);
@@ -244,49 +249,6 @@ impl<const D: usize> Star<D> {
         let best = self.golden_sections(SECTIONS, bracket, best);
         Some((std::array::from_fn(|k| from[k] + best.0 * along[k]), best.1))
     }
-
-    /// The move that, starting with none, maximises the least shape over all positions, approximately; and this shape.
-    ///
-    /// A few searches along lines: each in the mean direction of ascent of the cells that are about as bad as the worst.
-    pub fn best_anywhere(&mut self, reach: f64, rounds: usize) -> ([f64; D], f64) {
-        const SECTIONS: usize = 7;
-        let mut at = [0.0; D];
-        let mut best = self.least(&at);
-        let (mut reach, mut failed) = (reach, false);
-        for round in 0..rounds {
-            let Some(along) = self.ascent(&at, best, round) else { break };
-            let along = along.map(|x| x * reach);
-            self.set_line(&at, &along);
-            let found = self.golden_sections(SECTIONS, (0.0, 1.0), (0.0, best));
-            if found.1 > best {
-                (0..D).for_each(|k| at[k] += found.0 * along[k]);
-                reach *= (2.0 * found.0).clamp(0.1, 1.0);
-                (best, failed) = (found.1, false);
-            } else if failed {
-                break;
-            } else {
-                failed = true;
-            }
-        }
-        (at, best)
-    }
-
-    /// The mean direction of ascent of the cells within a margin of the worst; the margin alternates, against zigzagging.
-    fn ascent(&self, at: &[f64; D], least: f64, round: usize) -> Option<[f64; D]> {
-        let margin = if round.is_multiple_of(2) { 0.3 } else { 0.05 };
-        let mut along = [0.0; D];
-        for cell in &self.cells {
-            if cell.at(at) <= least + margin * least.abs() {
-                let g = cell.ascent(at);
-                let norm = dot(&g, &g).sqrt();
-                if norm > 0.0 && norm.is_finite() {
-                    (0..D).for_each(|k| along[k] += g[k] / norm);
-                }
-            }
-        }
-        let norm = dot(&along, &along).sqrt();
-        (norm > 1e-9 && norm.is_finite()).then(|| along.map(|x| x / norm))
-    }
 }
 
 /// The extreme angles between facets of some simplices: `(180, 0)` of none.
@@ -368,8 +330,6 @@ mod tests {
         let mut star = Star { cells: vec![Moving::of(&triangle, 1.0, 2)], ..Star::default() };
         let (d, best) = star.best_on_line(&[0.2, -0.2], &[0.0, 2.0], (0.0, 1.0), 0.0).unwrap();
         assert!((best - 1.0).abs() < 1e-2 && (d[1] - (h - 0.2)).abs() < 0.05, "{d:?} {best}");
-        let (d, best) = star.best_anywhere(2.0, 12);
-        assert!(best > 0.999 && distance2(&d, &[0.2, h - 0.2]).sqrt() < 0.05, "{d:?} {best}");
     }
 
     #[test]

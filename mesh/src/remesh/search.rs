@@ -3,13 +3,13 @@
 use super::{
     candidate::{Candidate, Near, Round, near},
     evaluate::{COVERED_WEIGHT, covered_around, is_forbidden},
-    measure::{Moving, Star},
+    freedom::Freedom,
+    measure::{Moving, Star, volume_gradient},
     needle::Needle,
     walk::Place,
 };
 use crate::{
     SimplexMesh,
-    geometry::distance2,
     node::{NONE, is_interior, unlink},
 };
 
@@ -197,26 +197,25 @@ impl<const D: usize, const N: usize> Search<D, N> {
         }
     }
 
-    /// The cells around a vertex as functions of its position, and the distance to its nearest neighbour; `None` for a
-    /// vertex of the boundary.
+    /// The cells around a vertex as functions of its position, and which way it may move; `None` if it may not.
     pub fn star_around(
         &mut self,
         mesh: &SimplexMesh<D, N>,
         needles: &[Needle<D, N>],
         v: u32,
-    ) -> Option<(&mut Star<D>, f64)> {
+    ) -> Option<(&Star<D>, Freedom<D>)> {
         self.walk_stars(mesh, mesh.vertex_leaf[v as usize], &[v]);
         self.star.cells.clear();
-        let mut nearest2 = f64::INFINITY;
+        let mut freedom = Freedom::full();
         for &slot in &self.queue {
             let (node, links) = (&mesh.nodes[slot as usize], &mesh.nodes[slot as usize].links);
             let at = node.v.iter().position(|&w| w == v)?;
-            if (0..N).any(|i| i != at && !is_interior(links[i])) {
-                return None;
-            }
             let corners = mesh.corners_of(&node.v);
-            for i in (0..N).filter(|&i| i != at) {
-                nearest2 = nearest2.min(distance2(&corners[i], &corners[at]));
+            for i in (0..N).filter(|&i| i != at && !is_interior(links[i])) {
+                freedom.restrict(&volume_gradient(&corners, i));
+            }
+            if freedom.is_none() {
+                return None;
             }
             self.star.cells.push(Moving::of(&corners, if node.is_negative() { -1.0 } else { 1.0 }, at));
         }
@@ -228,7 +227,7 @@ impl<const D: usize, const N: usize> Search<D, N> {
                 self.star.cells.push(cell.weighted(COVERED_WEIGHT));
             }
         }
-        Some((&mut self.star, nearest2.sqrt()))
+        Some((&self.star, freedom))
     }
 
     /// The cells found last.

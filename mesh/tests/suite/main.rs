@@ -41,6 +41,7 @@ mod improving;
 mod locate;
 mod properties;
 mod remesh;
+mod remesh_angles;
 mod rules;
 mod start_meshes;
 mod stuffing;
