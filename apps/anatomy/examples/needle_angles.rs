@@ -247,7 +247,7 @@ fn behind(mesh: &SimplexMesh<3, 4>, remesher: &Remesher<3, 4>, needle: NeedleId,
 type Looked = ((f64, f64), (f64, f64), String);
 
 /// The extreme angles of what differs from the start, those of what is worse than that, and what the worst cell is.
-fn look(case: &Case, mesh: &SimplexMesh<3, 4>, remesher: &Remesher<3, 4>, needle: NeedleId, what: &str) -> Looked {
+fn angles(case: &Case, mesh: &SimplexMesh<3, 4>, remesher: &Remesher<3, 4>, needle: NeedleId, what: &str) -> Looked {
     let start = &case.mesh;
     let (mut all, mut worse) = ((180.0_f64, 0.0_f64), (180.0_f64, 0.0_f64));
     let mut text = String::new();
