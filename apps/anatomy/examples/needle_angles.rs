@@ -5,14 +5,15 @@
 //! cargo run --release -p stylet-anatomy --example needle_angles -- [paths of each body] [first seed]
 //! ```
 //!
-//! `WORST=1` in the environment tells of each path that leaves the published angles what its worst cell is.
+//! In the environment, `WORST=1` tells of each path that leaves the published angles what its worst cell is; `ONLY` is part of
+//! the name of the bodies to be taken.
 
 use std::collections::BTreeSet;
 use std::ops::ControlFlow;
 use std::time::Instant;
 use stylet_anatomy::plan::{Effort, Plan, built_in};
 use stylet_mesh::generate::kuhn_box;
-use stylet_mesh::remesh::{Motion, NeedleId, Outcome, RemeshError, Remesher};
+use stylet_mesh::remesh::{Motion, NeedleId, Outcome, Remesher};
 use stylet_mesh::{CellId, MeshChange, SimplexMesh, VertexId, quality};
 
 /// Smallest and largest angle of Chentanez et al. (2009), degrees.
@@ -154,15 +155,15 @@ fn run(case: &Case, seed: u64, seen: &mut Seen) {
         done
     };
     let mut look = |remesher: &Remesher<3, 4>, mesh: &SimplexMesh<3, 4>, what: &str| {
-        let all = look(case, mesh, remesher, needle, what);
-        seen.angles = (seen.angles.0.min(all.0.0), seen.angles.1.max(all.0.1));
-        seen.worse = (seen.worse.0.min(all.1.0), seen.worse.1.max(all.1.1));
+        let (all, worse, text) = angles(case, mesh, remesher, needle, what);
+        seen.angles = (seen.angles.0.min(all.0), seen.angles.1.max(all.1));
+        seen.worse = (seen.worse.0.min(worse.0), seen.worse.1.max(worse.1));
         seen.steps += 1;
-        seen.outside += usize::from(all.1.0 < PUBLISHED.0 || all.1.1 > PUBLISHED.1);
-        if all.1.0 / PUBLISHED.0 < extremes.0 / PUBLISHED.0 {
-            extremes.2 = all.2;
+        seen.outside += usize::from(worse.0 < PUBLISHED.0 || worse.1 > PUBLISHED.1);
+        if worse.0 < extremes.0 {
+            extremes.2 = text;
         }
-        (extremes.0, extremes.1) = (extremes.0.min(all.1.0), extremes.1.max(all.1.1));
+        (extremes.0, extremes.1) = (extremes.0.min(worse.0), extremes.1.max(worse.1));
     };
     for i in 0..n_steps {
         let way = i as f64 * case.step;
@@ -202,7 +203,7 @@ fn run(case: &Case, seed: u64, seen: &mut Seen) {
             look(&remesher, &mesh, &format!("out {i}"));
         }
     }
-    let _ = advance_out(&mut remesher, &mut mesh, needle);
+    remesher.withdraw(&mut mesh, needle, &mut MeshChange::default()).expect("a needle alone comes out");
     let same =
         mesh.points() == start.points() && mesh.cells().all(|c| start.is_live(c) && start.cell(c) == mesh.cell(c));
     seen.changed += usize::from(!same || mesh.n_cells() != start.n_cells());
@@ -229,14 +230,6 @@ fn sides(mesh: &SimplexMesh<3, 4>, edge: f64) -> [[f64; 3]; 2] {
     [low, high]
 }
 
-fn advance_out(
-    remesher: &mut Remesher<3, 4>,
-    mesh: &mut SimplexMesh<3, 4>,
-    needle: NeedleId,
-) -> Result<(), RemeshError> {
-    remesher.withdraw(mesh, needle, &mut MeshChange::default()).map(|_| ())
-}
-
 /// The point of the channel at a distance behind the tip.
 fn behind(mesh: &SimplexMesh<3, 4>, remesher: &Remesher<3, 4>, needle: NeedleId, by: f64) -> Option<[f64; 3]> {
     let nodes: Vec<[f64; 3]> = remesher.nodes(needle).map(|v| mesh.point(v)).collect();
@@ -254,7 +247,7 @@ fn behind(mesh: &SimplexMesh<3, 4>, remesher: &Remesher<3, 4>, needle: NeedleId,
 type Looked = ((f64, f64), (f64, f64), String);
 
 /// The extreme angles of what differs from the start, those of what is worse than that, and what the worst cell is.
-fn look(case: &Case, mesh: &SimplexMesh<3, 4>, remesher: &Remesher<3, 4>, needle: NeedleId, what: &str) -> Looked {
+fn angles(case: &Case, mesh: &SimplexMesh<3, 4>, remesher: &Remesher<3, 4>, needle: NeedleId, what: &str) -> Looked {
     let start = &case.mesh;
     let (mut all, mut worse) = ((180.0_f64, 0.0_f64), (180.0_f64, 0.0_f64));
     let mut text = String::new();
@@ -265,42 +258,36 @@ fn look(case: &Case, mesh: &SimplexMesh<3, 4>, remesher: &Remesher<3, 4>, needle
         }
         let angles = quality::angles_deg(&corners);
         all = (all.0.min(angles.0), all.1.max(angles.1));
-        if angles.0 >= worse.0 && angles.1 <= worse.1 || angles.0 > PUBLISHED.0 && angles.1 < PUBLISHED.1 {
-            let untouched = angles.0 > PUBLISHED.0 && angles.1 < PUBLISHED.1;
-            if untouched {
-                worse = (worse.0.min(angles.0), worse.1.max(angles.1));
-            }
-            continue;
-        }
-        let middle: [f64; 3] = std::array::from_fn(|k| corners.iter().map(|p| p[k]).sum::<f64>() / 4.0);
-        let host = if start.is_live(c) && start.cell(c) == mesh.cell(c) {
-            Some(c)
-        } else {
-            start.locate(middle).map(|found| found.cell)
-        };
-        let before = host.map_or((180.0, 0.0), |host| quality::angles_deg(&start.corners(host)));
-        let counts = (angles.0 < before.0, angles.1 > before.1);
-        if counts.0 && angles.0 < worse.0 || counts.1 && angles.1 > worse.1 {
+        let is_good = angles.0 >= PUBLISHED.0 && angles.1 <= PUBLISHED.1;
+        let before = if is_good { (180.0, 0.0) } else { before(start, mesh, c) };
+        if !is_good && (angles.0 < worse.0.min(before.0) || angles.1 > worse.1.max(before.1)) {
+            let cell = tell(mesh, remesher, needle, c);
             text = format!(
-                "{what} {:.2} {:.2} before {:.2} {:.2} {}",
-                angles.0,
-                angles.1,
-                before.0,
-                before.1,
-                tell(mesh, remesher, needle, c)
+                "{what}, {:.2} to {:.2}, before {:.2} to {:.2}: {cell}",
+                angles.0, angles.1, before.0, before.1
             );
         }
-        if counts.0 {
+        if angles.0 < before.0 {
             worse.0 = worse.0.min(angles.0);
         }
-        if counts.1 {
+        if angles.1 > before.1 {
             worse.1 = worse.1.max(angles.1);
         }
     }
     (all, worse, text)
 }
 
-/// What the vertices of a cell are.
+/// The angles of the cell of the start that is where a cell is, or was the same with its vertices in place.
+fn before(start: &SimplexMesh<3, 4>, mesh: &SimplexMesh<3, 4>, c: CellId) -> (f64, f64) {
+    let corners = mesh.corners(c);
+    let middle = std::array::from_fn(|k| corners.iter().map(|p| p[k]).sum::<f64>() / 4.0);
+    let is_same = start.is_live(c) && start.cell(c) == mesh.cell(c);
+    let host = if is_same { Some(c) } else { start.locate(middle).map(|found| found.cell) };
+    host.map_or((180.0, 0.0), |host| quality::angles_deg(&start.corners(host)))
+}
+
+/// What the vertices of a cell are: `n` and the place among the nodes of the needle, `s` on the skin, `r` and the number of
+/// regions around.
 fn tell(mesh: &SimplexMesh<3, 4>, remesher: &Remesher<3, 4>, needle: NeedleId, c: CellId) -> String {
     let nodes: Vec<VertexId> = remesher.nodes(needle).collect();
     let mut skin = BTreeSet::new();

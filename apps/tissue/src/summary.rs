@@ -115,7 +115,8 @@ pub struct SteeringSummary {
     pub blocked: u64,
     /// Element stiffnesses that were evaluated.
     pub elements_updated: u64,
-    /// Smallest and largest dihedral angle of the undeformed mesh over all steps, degrees.
+    /// Smallest and largest dihedral angle, degrees: of the undeformed mesh at rest, and of what needles changed in it while all that
+    /// were inside had been there for more than twenty steps.
     pub angles_deg: [f64; 2],
     /// Median, 99th percentile and largest of the wall times of the steps, s.
     pub step_s: [f64; 3],

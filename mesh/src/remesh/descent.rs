@@ -5,7 +5,8 @@
 //! turn goes on improving where maximising the least quality has come to a stop: there, two cells that are equally bad
 //! hold each vertex, and it takes two vertices to get better.
 //!
-//! Source of sums of reciprocals against such ties: Freitag & Knupp, Int. J. Numer. Methods Eng. 53 (2002).
+//! Source, for sums of an inverse measure over the cells around a vertex: Freitag & Knupp, *Tetrahedral mesh improvement via
+//! optimization of the element condition number*, Int. J. Numer. Methods Eng. 53 (2002).
 
 use super::{freedom::Freedom, measure::Star};
 use crate::geometry::norm;
