@@ -5,6 +5,7 @@ use crate::common::kkt::dense_kkt;
 use crate::common::needle::{Mesh, Needle, both, rows};
 use crate::common::{distance, from_dense, krylov, rule, system};
 use proptest::prelude::*;
+use stylet_solver::LinearOperator;
 use stylet_solver::linear::{
     CgSettings, CgWorkspace, KktOperator, KktWorkspace, NullSpace, NullSpaceError, NullSpaceWorkspace, VectorError,
     kkt_cg, null_space_cg, null_space_guess, null_space_start, projected_cg,
@@ -13,7 +14,6 @@ use stylet_solver::precondition::{BlockJacobi, Identity};
 use stylet_solver::sparse::BlockCsr;
 use stylet_solver::stop::{Criterion, Stop};
 use stylet_solver::subspace::{Constraint, Subspace};
-use stylet_solver::LinearOperator;
 use stylet_solver::vector::{dot, norm2};
 
 const TOLERANCE: f64 = 1e-5;
