@@ -233,18 +233,15 @@ fn trace(t: f64, needle: &Needle, mesh: &SimplexMesh<3, 4>) -> Trace {
     }
 }
 
-/// Whether the edge from the skin to the tip is so short that cells beside it cannot but be flat: in the first twenty steps after
-/// the puncture, as Chentanez et al. (2009) count (section 3.4.1), and later where the tip is back at less than the depth that it
-/// had then, or than the mean edge if that is less.
+/// Whether the edge from the skin to the tip is so short that cells beside it cannot but be flat: until the tip has been behind
+/// the skin for twenty steps, as Chentanez et al. (2009) count (section 3.4.1), and later where it is back at less than the depth
+/// that it had then, or than the mean edge if that is less. While it dents the skin, it is not behind it.
 fn is_shallow(traces: &[Trace], edge: f64) -> bool {
     const STEPS: usize = 20;
-    let inside = traces.iter().rev().take_while(|trace| trace.reference.is_some()).count();
-    let since_puncture = &traces[traces.len() - inside..];
-    match (since_puncture.get(STEPS), since_puncture.last()) {
-        (Some(then), Some(now)) => now.depth < then.depth.min(edge),
-        (None, Some(_)) => true,
-        _ => false,
-    }
+    let Some(now) = traces.last().filter(|trace| trace.reference.is_some()) else { return false };
+    let behind = traces.iter().rev().take_while(|trace| trace.reference.is_some() && trace.depth > 0.0).count();
+    let since_puncture = &traces[traces.len() - behind..];
+    since_puncture.get(STEPS).is_none_or(|then| now.depth < then.depth.min(edge))
 }
 
 /// Depths that a tip has come back past in a step, and the material points where it was then: between its places at the start and
@@ -281,11 +278,14 @@ mod tests {
         };
         let mut traces = vec![trace(-1.0); 30];
         assert!(!is_shallow(&traces, 1.0));
-        for step in 0..40 {
+        // It dents the skin first.
+        traces.extend([(); 30].map(|()| trace(0.0)));
+        assert!(is_shallow(&traces, 100.0));
+        for step in 1..40 {
             traces.push(trace(f64::from(step)));
-            assert_eq!(is_shallow(&traces, 100.0), step < 20, "step {step}");
+            assert_eq!(is_shallow(&traces, 100.0), step <= 20, "step {step}");
         }
-        traces.push(trace(19.5));
+        traces.push(trace(20.5));
         assert!(is_shallow(&traces, 100.0) && !is_shallow(&traces, 10.0));
         // A second puncture counts anew.
         traces.push(trace(-1.0));
