@@ -8,11 +8,11 @@ use stylet_mesh::SimplexMesh;
 use stylet_mesh::generate::kuhn_box;
 use stylet_physics::body::{Body, Density, LazyRule, MassKind};
 use stylet_physics::coupling::{CoupledSettings, CouplingMethod, SearchSettings};
-use stylet_physics::dynamics::{DynamicsSettings, Scheme};
+use stylet_physics::dynamics::{Damping, DynamicsSettings, Scheme};
 use stylet_physics::insertion::{
     BaseMotion, Insertion, InsertionError, InsertionReport, Interaction, NeedleSettings, UniformInteraction,
 };
-use stylet_physics::material::{Lame, Solid, Viscosity};
+use stylet_physics::material::Solid;
 use stylet_physics::rod::{RodStiffness, Tangent};
 use stylet_solver::subspace::{Constraint, Subspace};
 use stylet_solver::team::Team;
@@ -232,18 +232,17 @@ impl Scene {
         body.set_team(team);
         let densities: Vec<(u32, f64)> = self.tissue.regions.iter().map(|(id, stuff)| (*id, stuff.density)).collect();
         body.set_mass(MassKind::Lumped, &Density::ByRegion(densities))?;
-        for (region, stuff) in &self.tissue.regions {
-            let lame = Lame::from_young_poisson(stuff.young, numerics.poisson.unwrap_or(stuff.poisson));
-            let viscosity = lame.and_then(|lame| Viscosity::kelvin_voigt(lame, DAMPING)).map_err(refused)?;
-            body.set_viscosity(*region, viscosity)?;
-        }
         body.set_lazy_rule(numerics.lazy);
         let mut held = Subspace::new(self.tissue.mesh.n_vertex_slots());
         for vertex in (0..self.tissue.held.len()).filter(|&vertex| self.tissue.held[vertex]) {
             held.set(vertex, Constraint::Fixed).expect("a vertex of the mesh");
         }
         let settings = CoupledSettings {
-            dynamics: DynamicsSettings::new(numerics.dt),
+            // As `stylet run` does where all tissues have one damping time: the tangents are there already.
+            dynamics: DynamicsSettings {
+                damping: Damping { mass: 0.0, stiffness: DAMPING },
+                ..DynamicsSettings::new(numerics.dt)
+            },
             search: numerics.search,
             coupling: numerics.coupling,
             tangent: Tangent::GaussNewton,
