@@ -262,9 +262,10 @@ fn settings(opened: &Setup) -> CoupledSettings {
         SchemeKind::BackwardEuler => Scheme::BackwardEuler,
     };
     let whole = |n: i64| usize::try_from(n).unwrap_or(usize::MAX);
-    let method = match solver.search {
-        SearchKind::Trials | SearchKind::Published => SearchMethod::Trials,
-        SearchKind::Condensed => SearchMethod::Condensed,
+    let search = match solver.search {
+        SearchKind::Trials => SearchSettings::default(),
+        SearchKind::Published => SearchSettings::published(),
+        SearchKind::Condensed => SearchSettings { method: SearchMethod::Condensed, ..SearchSettings::default() },
     };
     CoupledSettings {
         dynamics: DynamicsSettings {
@@ -274,14 +275,10 @@ fn settings(opened: &Setup) -> CoupledSettings {
             ..DynamicsSettings::new(time.dt)
         },
         search: SearchSettings {
-            method,
             check_tolerance: solver.check_tolerance.max(solver.tolerance),
             solve_tolerance: solver.tolerance,
             max_trials: whole(solver.max_trials),
-            estimate: solver.search == SearchKind::Trials,
-            condense_after: if solver.search == SearchKind::Published { None } else { Some(6) },
-            warm_start: solver.search != SearchKind::Published,
-            ..SearchSettings::default()
+            ..search
         },
         coupling: match solver.coupling {
             Coupling::NullSpace => CouplingMethod::NullSpace,

@@ -37,7 +37,7 @@ const ABOUT: &str = "The five runs of Table 3 of Chentanez et al. (2009): in, he
 fn methods() -> [(&'static str, SearchSettings); 3] {
     let ours = SearchSettings { count_known: true, ..SearchSettings::default() };
     [
-        ("published", SearchSettings { estimate: false, condense_after: None, warm_start: false, ..ours }),
+        ("published", SearchSettings { count_known: true, ..SearchSettings::published() }),
         ("ours", ours),
         ("condensed", SearchSettings { method: SearchMethod::Condensed, ..ours }),
     ]

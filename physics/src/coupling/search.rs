@@ -35,6 +35,10 @@ pub struct SearchSettings {
     /// Whether states that failed are replaced by those that the complementarity problem has with the system's
     /// [estimate](StickSlip::estimate) of `W`, where it has one, before other rules apply. Not in the paper.
     pub estimate: bool,
+    /// Whether states that failed at the check tolerance may be tried once more, at once at that of the solution. Not in the
+    /// paper, where no states are tried twice: a slip near zero may then be refused by the error of the check alone, and with
+    /// it the only consistent states.
+    pub second_look: bool,
     /// By how many tolerances a condition may be violated; see [`search`].
     pub slack: f64,
     /// Whether the first solve of a step starts from the best combination of the last velocities and accelerations of the tissue,
@@ -54,10 +58,19 @@ impl Default for SearchSettings {
             max_trials: 10,
             condense_after: Some(4),
             estimate: true,
+            second_look: true,
             slack: 1.0,
             warm_start: true,
             count_known: false,
         }
+    }
+}
+
+impl SearchSettings {
+    /// Algorithm 3 as it is published, with none of what is not in the paper.
+    #[must_use]
+    pub fn published() -> Self {
+        Self { condense_after: None, estimate: false, second_look: false, warm_start: false, ..Self::default() }
     }
 }
 
@@ -90,6 +103,8 @@ pub struct SearchReport {
 pub struct SearchWorkspace {
     /// Sets of states that were solved for, one after another.
     tried: Vec<SlipState>,
+    /// At which tolerance each of them failed.
+    failed_at: Vec<f64>,
     condensed: Condensed,
 }
 
@@ -106,8 +121,8 @@ impl SearchWorkspace {
 ///
 /// A static node bears a force within its static limits; a forward one slips by `s ≥ 0` and a backward one by `s ≤ 0`. Where a
 /// condition fails, a slipping node becomes static, and a static one slips as its force pushes. No set of states is tried
-/// twice: in place of a known one comes the next in lexicographic order (static, forward, backward) with the node at the
-/// entry as the least significant digit. When `max_trials` sets have failed, the next one is solved for and accepted;
+/// twice, unless it failed [only when it was checked](SearchSettings::second_look): in place of a known one comes the next in
+/// lexicographic order (static, forward, backward) with the node at the entry as the least significant digit. When `max_trials` sets have failed, the next one is solved for and accepted;
 /// [`SearchReport::consistent`] says whether its conditions hold all the same.
 ///
 /// Conditions hold up to a slack: a force may be beyond its limit by `slack · tolerance` times the largest force of the answer
@@ -139,6 +154,7 @@ pub fn search<S: StickSlip>(
 ) -> Result<SearchReport, S::Error> {
     states.resize(system.limits().len(), SlipState::Static);
     ws.tried.clear();
+    ws.failed_at.clear();
     let mut report = SearchReport::default();
     let mut search =
         Search { system, settings, ws, answer, loaded: false, estimated: None, tolerance: settings.check_tolerance };
@@ -181,12 +197,15 @@ impl<S: StickSlip> Search<'_, S> {
 
     /// Solves with these states, and returns whether they are consistent.
     fn trial(&mut self, states: &[SlipState], report: &mut SearchReport) -> Result<bool, S::Error> {
+        let checked = self.failures(states).next().is_some();
         self.ws.tried.extend_from_slice(states);
         let SearchSettings { check_tolerance, solve_tolerance, .. } = *self.settings;
         // States from the condensed system are most likely right: no look at half time.
         let condensed = self.loaded && report.refused.is_none();
-        let first = usize::from(condensed || check_tolerance <= solve_tolerance);
-        self.solve(states, &[check_tolerance, solve_tolerance][first..], report)
+        let first = usize::from(condensed || checked || check_tolerance <= solve_tolerance);
+        let consistent = self.solve(states, &[check_tolerance, solve_tolerance][first..], report)?;
+        self.ws.failed_at.push(self.tolerance);
+        Ok(consistent)
     }
 
     /// Solves to each of the tolerances while the conditions hold, and returns whether they hold at the end.
@@ -311,8 +330,16 @@ impl<S: StickSlip> Search<'_, S> {
         }
     }
 
+    /// Whether these states have failed for good.
     fn is_tried(&self, states: &[SlipState]) -> bool {
-        self.ws.tried.chunks_exact(states.len().max(1)).any(|tried| tried == states)
+        let SearchSettings { second_look, solve_tolerance, .. } = *self.settings;
+        self.failures(states).any(|tolerance| !second_look || tolerance <= solve_tolerance)
+    }
+
+    /// The tolerances at which these states have failed.
+    fn failures(&self, states: &[SlipState]) -> impl Iterator<Item = f64> {
+        let tried = self.ws.tried.chunks_exact(states.len().max(1)).zip(&self.ws.failed_at);
+        tried.filter_map(move |(tried, tolerance)| (tried == states).then_some(*tolerance))
     }
 }
 

@@ -10,9 +10,7 @@ use super::stacked::{Parts, Stacked};
 use super::{Answer, CouplingError, SlipLimits, SlipState, StickSlip};
 use crate::dynamics::StepPreconditioner;
 use serde::{Deserialize, Serialize};
-use stylet_solver::linear::{
-    CgSettings, NullSpace, NullSpaceWorkspace, null_space_cg, null_space_guess, null_space_start,
-};
+use stylet_solver::linear::{CgSettings, NullSpace, NullSpaceWorkspace, null_space_cg, null_space_start};
 use stylet_solver::sparse::{BlockCsr, Frozen};
 use stylet_solver::stop::{Criterion, Stop, StopRule};
 use stylet_solver::subspace::{Constraint, Subspace};
@@ -125,22 +123,13 @@ impl System<'_> {
         }
     }
 
-    /// Begins with what the stiff needle does to the tissue beside it: that is the scale of tolerances from then on.
-    fn begin(&mut self) -> Result<(), CouplingError> {
+    /// Begins with what the stiff needle does to the tissue beside it: that is the scale of tolerances from then on. Goes on
+    /// along `guesses`, as far as that brings it nearer to the solution.
+    fn begin(&mut self, guesses: &[&[f64]]) -> Result<(), CouplingError> {
         let SystemVectors { big_side, small_side, offsets, x_small, .. } = &mut *self.vectors;
         let b = (&big_side[..], &small_side[..], &offsets[..]);
-        self.scale = null_space_start(self.form, self.a, b, (&mut *self.x, x_small), self.ws)?;
+        self.scale = null_space_start(self.form, self.a, b, (&mut *self.x, x_small), guesses, self.ws)?;
         Ok(())
-    }
-
-    /// Goes on as the tissue has moved before, as far as that brings it nearer to the solution.
-    fn warm_up(&mut self) -> Result<(), CouplingError> {
-        if self.guesses.is_empty() {
-            return Ok(());
-        }
-        let SystemVectors { big_side, small_side, offsets, x_small, .. } = &mut *self.vectors;
-        let b = (&big_side[..], &small_side[..], &offsets[..]);
-        Ok(null_space_guess(self.form, self.a, b, (&mut *self.x, x_small), self.guesses, self.ws)?)
     }
 
     fn cg(&mut self, tolerance: f64) -> Result<usize, CouplingError> {
@@ -192,8 +181,7 @@ impl StickSlip for System<'_> {
         if fresh {
             self.x.copy_from_slice(&self.vectors.start);
             self.vectors.x_small.fill(0.0);
-            self.begin()?;
-            self.warm_up()?;
+            self.begin(self.guesses)?;
         }
         if self.method != CouplingMethod::NullSpace && !links.is_empty() {
             return self.solve_stacked(states, tolerance, answer);
@@ -255,7 +243,7 @@ impl StickSlip for System<'_> {
             self.x.copy_from_slice(&zero);
             self.vectors.x_small.fill(0.0);
             self.set_unit_sides(&zero, k);
-            self.begin()?;
+            self.begin(&[])?;
             iterations += self.cg(tolerance)?;
             for (i, link) in links.iter().enumerate() {
                 let unit = Link { slip: 0.0, ..*link };

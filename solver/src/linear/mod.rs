@@ -28,7 +28,5 @@ pub use krylov::{KrylovReport, KrylovSettings, VectorError};
 pub use many::{ManyCgError, ManyCgWorkspace, many_cg};
 pub use minres::{MinresError, MinresWorkspace, minres};
 pub use mixed::{MixedWorkspace, mixed_cg};
-pub use null_space::{
-    Attachment, NullSpace, NullSpaceError, NullSpaceWorkspace, null_space_cg, null_space_guess, null_space_start,
-};
+pub use null_space::{Attachment, NullSpace, NullSpaceError, NullSpaceWorkspace, null_space_cg, null_space_start};
 pub use refine::{RefineError, RefineReport, RefineSettings, RefineWorkspace, refine};

@@ -18,19 +18,19 @@
 //! preconditioner of the big body: the coupled system then takes about the iterations of the big body alone.
 
 mod block;
-mod guess;
+mod start;
 
-pub use guess::null_space_guess;
+pub use start::null_space_start;
 
 use super::krylov::{VectorError, check_length, finite};
 use super::{CgError, CgReport, CgSettings, CgWorkspace, projected_cg};
 use crate::LinearOperator;
 use crate::dense::NotPositiveDefinite;
-use crate::precondition::{Identity, PreconditionRows, Preconditioner};
+use crate::precondition::{PreconditionRows, Preconditioner};
 use crate::sparse::BlockCsr;
 use crate::subspace::{Constraint, Subspace, SubspaceError};
 use crate::team::Team;
-use crate::vector::{self, dot, norm2};
+use crate::vector::{dot, norm2};
 use block::CoupledBlock;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -105,8 +105,7 @@ pub struct NullSpaceWorkspace {
     cg: CgWorkspace,
     z: Vec<f64>,
     right_side: Vec<f64>,
-    residual: Vec<f64>,
-    guessed: Vec<guess::Conjugate>,
+    start: start::Vectors,
     scratch: Mutex<Scratch>,
 }
 
@@ -140,8 +139,8 @@ impl<const B: usize> NullSpace<B> {
     /// Couples the body with the stiffness `small` to the one with the stiffness `big` and the allowed moves `w`. Node `i` of the
     /// small body is attached by `attachments[i]`, and `free[i]` are the moves that it may make relative to that.
     ///
-    /// `small` is symmetric and positive semidefinite; the coupled system must be positive definite. Only the blocks of `big`
-    /// between attached nodes are read. All nodes that are in an attachment belong to the block that is inverted, whatever the
+    /// `small` is symmetric and positive semidefinite; the coupled system must be positive definite. Only the rows of `big` that
+    /// belong to attached nodes are read. All nodes that are in an attachment belong to the block that is inverted, whatever the
     /// state of the small node.
     ///
     /// # Errors
@@ -205,7 +204,7 @@ impl<const B: usize> NullSpace<B> {
         self.factor()
     }
 
-    /// Reads the big body's matrix anew, after its entries between attached nodes changed.
+    /// Reads the big body's matrix anew, after its rows of attached nodes changed.
     ///
     /// # Errors
     /// [`VectorError::Length`] if it has another number of rows; [`NullSpaceError::NotPositiveDefinite`].
@@ -362,6 +361,16 @@ impl<const B: usize> NullSpace<B> {
         }
     }
 
+    /// `y ← K z` of a `z` that is zero but in the exact block.
+    fn apply_to_block(&self, z: &[f64], y: &mut [f64], scratch: &mut Scratch) {
+        y.fill(0.0);
+        self.block.add_product(z, y);
+        self.place(z, None, &mut scratch.place);
+        self.small.apply(&scratch.place, &mut scratch.force);
+        self.spread(&scratch.force, y);
+        self.resist(z, y);
+    }
+
     /// Adds the forces of the resistances at `z = (u, s)` to `y`; returns their part of `zᵀy`.
     fn resist(&self, z: &[f64], y: &mut [f64]) -> f64 {
         let mut product = 0.0;
@@ -430,42 +439,6 @@ pub fn null_space_cg<const B: usize>(
     x_big.copy_from_slice(&z[..n]);
     form.place(z, Some(g), x_small);
     Ok(report?)
-}
-
-/// Solves for the unknowns of the exact block alone, the others held at the start, and returns the norm of the forces that are
-/// then left on the big body: a start for [`null_space_cg`], whose arguments these are, and a scale for its tolerance. The right
-/// side is none: what prescribes the place of a stiff body is a force by its stiffness.
-///
-/// # Errors
-/// See [`NullSpaceError`].
-pub fn null_space_start<const B: usize>(
-    form: &NullSpace<B>,
-    a: &(impl LinearOperator + ?Sized),
-    (b_big, b_small, g): (&[f64], &[f64], &[f64]),
-    (x_big, x_small): (&mut [f64], &mut [f64]),
-    ws: &mut NullSpaceWorkspace,
-) -> Result<f64, NullSpaceError> {
-    let n = form.prepare(a, (b_big, b_small, g), (&*x_big, &*x_small), ws)?;
-    let NullSpaceWorkspace { cg, z, right_side, scratch, .. } = ws;
-    let coupled = Coupled { form, a, m: &Identity, scratch };
-    let mut residual = vec![0.0; z.len()];
-    let mut move_ = vec![0.0; z.len()];
-    for _ in 0..2 {
-        LinearOperator::apply_on(&coupled, cg.team(), z, &mut residual);
-        for (r, b) in residual.iter_mut().zip(&*right_side) {
-            *r = b - *r;
-        }
-        coupled.form.block.solve(&residual, &mut move_, &mut coupled.scratch().block);
-        vector::axpy(1.0, &move_, z);
-    }
-    LinearOperator::apply_on(&coupled, cg.team(), z, &mut residual);
-    for (r, b) in residual.iter_mut().zip(&*right_side) {
-        *r = b - *r;
-    }
-    form.w.project(&mut residual);
-    x_big.copy_from_slice(&z[..n]);
-    form.place(z, Some(g), x_small);
-    Ok(finite(norm2(&residual), "the residual", &residual, 0)?)
 }
 
 /// The coupled operator and its preconditioner.

@@ -8,7 +8,7 @@ use proptest::prelude::*;
 use stylet_solver::LinearOperator;
 use stylet_solver::linear::{
     CgSettings, CgWorkspace, KktOperator, KktWorkspace, NullSpace, NullSpaceError, NullSpaceWorkspace, VectorError,
-    kkt_cg, null_space_cg, null_space_guess, null_space_start, projected_cg,
+    kkt_cg, null_space_cg, null_space_start, projected_cg,
 };
 use stylet_solver::precondition::{BlockJacobi, Identity};
 use stylet_solver::sparse::BlockCsr;
@@ -225,21 +225,21 @@ fn check_guesses<const B: usize>(s: &Pair<B>) {
     let (mut u, mut v) = (s.big.x0.clone(), s.small.x0.clone());
     let mut ws = NullSpaceWorkspace::new();
     let b = (&s.big.b[..], &s.small.b[..], &s.g[..]);
-    null_space_start(&form, &s.big.a, b, (&mut u, &mut v), &mut ws).unwrap();
+    null_space_start(&form, &s.big.a, b, (&mut u, &mut v), &[], &mut ws).unwrap();
     let scale = norm2(&exact).max(1.0);
     let before = error(&u, &v);
-    null_space_guess(&form, &s.big.a, b, (&mut u, &mut v), &[&s.big.b], &mut ws).unwrap();
+    null_space_start(&form, &s.big.a, b, (&mut u, &mut v), &[&s.big.b], &mut ws).unwrap();
     let after = error(&u, &v);
     assert!(after <= before * (1.0 + 1e-9) + 1e-9 * scale, "{before} to {after}");
     let way: Vec<f64> = u.iter().zip(&exact).map(|(u, exact)| exact - u).collect();
     let zero = vec![0.0; u.len()];
     let guesses = [&s.big.b[..], &zero, &way, &s.big.b];
-    null_space_guess(&form, &s.big.a, b, (&mut u, &mut v), &guesses, &mut ws).unwrap();
+    null_space_start(&form, &s.big.a, b, (&mut u, &mut v), &guesses, &mut ws).unwrap();
     assert!(error(&u, &v) <= 1e-6 * scale, "{} of {before}", error(&u, &v));
     let solved = null_space_cg(&form, &s.big.a, &m, b, (&mut u, &mut v), &settings(1e-11), &mut ws).unwrap();
     assert_eq!(solved.stop, Stop::Converged);
     assert!(distance(&stack(&u, &v), &exact) <= 1e-7 * scale);
-    let short = null_space_guess(&form, &s.big.a, b, (&mut u, &mut v), &[&zero[1..]], &mut ws);
+    let short = null_space_start(&form, &s.big.a, b, (&mut u, &mut v), &[&zero[1..]], &mut ws);
     assert!(matches!(short, Err(NullSpaceError::Vector(VectorError::Length { .. }))), "{short:?}");
 }
 

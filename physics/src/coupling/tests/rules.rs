@@ -2,7 +2,7 @@
 
 use crate::coupling::SlipState::{Backward, Forward, Static};
 use crate::coupling::{
-    Answer, LimitsError, SearchMethod, SearchSettings, SearchWorkspace, SlipLimits, SlipState, StickSlip, guess, search,
+    Answer, LimitsError, SearchSettings, SearchWorkspace, SlipLimits, SlipState, StickSlip, guess, search,
 };
 use proptest::prelude::*;
 
@@ -57,7 +57,7 @@ impl StickSlip for Stubborn {
 }
 
 fn published(max_trials: usize) -> SearchSettings {
-    SearchSettings { method: SearchMethod::Trials, condense_after: None, max_trials, ..SearchSettings::default() }
+    SearchSettings { max_trials, ..SearchSettings::published() }
 }
 
 #[test]
@@ -120,6 +120,53 @@ fn states_that_fail_at_the_end_only_are_changed_too() {
     let mut system = Stubborn::new(2, 0.0);
     let (report, states) = system.run(&published(10));
     assert_eq!((report.consistent, report.trials, report.iterations, states), (true, 1, 10, vec![Static; 2]));
+}
+
+/// One node whose slip is positive, but not at the tolerance of a look.
+struct Blurred(Stubborn);
+
+impl StickSlip for Blurred {
+    type Error = std::convert::Infallible;
+
+    fn limits(&self) -> &[SlipLimits] {
+        self.0.limits()
+    }
+
+    fn solve(
+        &mut self,
+        states: &[SlipState],
+        tol: f64,
+        fresh: bool,
+        answer: &mut Answer,
+    ) -> Result<usize, Self::Error> {
+        self.0.calls.push((states.to_vec(), tol, fresh));
+        let slips = states[0] == Forward;
+        answer.force = vec![if slips { 1.0 } else { 1.2 }];
+        answer.slip = vec![if slips { 1e-4 - tol } else { 0.0 }];
+        Ok(1)
+    }
+
+    fn condense(&mut self, _: f64, _: &mut Vec<f64>, _: &mut Vec<f64>) -> Result<usize, Self::Error> {
+        panic!("not asked for");
+    }
+
+    fn magnitudes(&self) -> [f64; 2] {
+        [1.0, 0.1]
+    }
+}
+
+#[test]
+fn states_that_only_a_look_refused_get_a_second_one() {
+    for (second_look, found, calls) in [(true, true, 4), (false, false, 5)] {
+        let mut system = Blurred(Stubborn::new(1, 0.0));
+        let settings = SearchSettings { second_look, ..published(10) };
+        let (mut states, mut answer) = (vec![Forward], Answer::default());
+        let report = search(&mut system, &mut states, &settings, &mut SearchWorkspace::new(), &mut answer).unwrap();
+        assert_eq!((report.consistent, system.0.calls.len()), (found, calls), "{:?}", system.0.calls);
+        let tried: Vec<_> = system.0.calls.iter().map(|(states, tolerance, _)| (states[0], *tolerance)).collect();
+        // Refused by a look at forward slip; static bears too much; then forward slip at once as far as it goes.
+        assert_eq!(tried[..3], [(Forward, 1e-3), (Static, 1e-3), (if found { Forward } else { Backward }, 1e-5)][..3]);
+    }
 }
 
 #[test]

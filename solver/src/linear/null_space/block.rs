@@ -37,6 +37,8 @@ pub(super) struct CoupledBlock<const B: usize> {
     attached: Vec<(usize, usize)>,
     /// Blocks of `A` between attached nodes, by the places of row and column, the row not above the column.
     big: Vec<(usize, usize, Block<B>)>,
+    /// All blocks in the rows of attached nodes: row, column, block.
+    rows: Vec<(usize, usize, Block<B>)>,
     moves: Vec<Moves<B>>,
     /// The first place that each place is coupled to.
     lowest: Vec<usize>,
@@ -67,6 +69,7 @@ impl<const B: usize> CoupledBlock<B> {
             small,
             attached,
             big: Vec::new(),
+            rows: Vec::new(),
             moves: Vec::with_capacity(nodes.len()),
             lowest: Vec::with_capacity(nodes.len()),
             first: Vec::with_capacity(most),
@@ -93,12 +96,14 @@ impl<const B: usize> CoupledBlock<B> {
         self.nodes[at.saturating_sub(1)]
     }
 
-    /// Copies the big body's blocks between attached nodes.
+    /// Copies the big body's rows of attached nodes.
     pub fn read(&mut self, big: &BlockCsr<B>) {
         self.big.clear();
+        self.rows.clear();
         for &(node, at) in &self.attached {
             let (columns, blocks) = big.row(node);
             for (&column, block) in columns.iter().zip(blocks) {
+                self.rows.push((node, column as usize, *block));
                 if let Some(other) = self.place(column as usize)
                     && other <= at
                 {
@@ -148,6 +153,17 @@ impl<const B: usize> CoupledBlock<B> {
         for (node, moves) in self.nodes.iter().zip(&self.moves) {
             let values = &scratch[moves.start..][..moves.count];
             z[*node] = std::array::from_fn(|k| moves.basis.iter().zip(values).map(|(basis, v)| basis[k] * v).sum());
+        }
+    }
+
+    /// Adds `A x` to `y`, of an `x` that is zero but at attached nodes: `A` is symmetric, so its columns are its rows.
+    pub fn add_product(&self, x: &[f64], y: &mut [f64]) {
+        let (x, y) = (x.as_chunks::<B>().0, y.as_chunks_mut::<B>().0);
+        for (row, column, block) in &self.rows {
+            let (x, y) = (&x[*row], &mut y[*column]);
+            for (x, row) in x.iter().zip(block) {
+                (0..B).for_each(|k| y[k] += row[k] * x);
+            }
         }
     }
 
