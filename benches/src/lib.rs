@@ -41,6 +41,14 @@ pub struct Suite {
     pub run: Run,
 }
 
+impl Suite {
+    /// Names of the parts that it can be asked for, in their order; none where it is one whole.
+    #[must_use]
+    pub fn parts(&self) -> Vec<&'static str> {
+        if self.name == "stability" { stability::parts() } else { Vec::new() }
+    }
+}
+
 /// Runs a suite. The second argument is told what is being done.
 pub type Run = fn(&BenchOptions, &mut dyn FnMut(&str)) -> Result<Report, BenchError>;
 
@@ -125,7 +133,7 @@ pub const SUITES: &[Suite] = &[
     },
     Suite {
         name: "stability",
-        about: "crushed, scrambled and inverted bodies, contrast, hostile input, threads, by material (J1 to J4, J11, J12)",
+        about: "crushed, scrambled and inverted bodies, contrast, hostile input, threads, by material; a flexible needle in extremes (J1 to J12)",
         run: stability::run,
     },
 ];
@@ -135,6 +143,8 @@ pub const SUITES: &[Suite] = &[
 pub struct BenchOptions {
     /// Fewer cases and repeats, in about a minute for all suites together.
     pub quick: bool,
+    /// The only part of the suite to run, one of [`Suite::parts`]; all of them if absent.
+    pub part: Option<String>,
     /// Where plots, tables and JSON go; nowhere if absent.
     pub out: Option<PathBuf>,
     /// The most threads that a run may use.

@@ -4,11 +4,9 @@
 use std::time::Instant;
 use stylet_mesh::generate::kuhn_box;
 use stylet_physics::body::{Body, Density, LazyRule, MassKind};
-use stylet_physics::coupling::{CoupledSettings, CouplingMethod, SearchSettings, SlipState};
-use stylet_physics::dynamics::{DynamicsSettings, Scheme};
+use stylet_physics::coupling::{CoupledSettings, SlipState};
 use stylet_physics::insertion::{BaseMotion, Insertion, NeedleSettings, UniformInteraction};
 use stylet_physics::material::FixedCorotated;
-use stylet_physics::rod::Tangent;
 use stylet_solver::subspace::{Constraint, Subspace};
 use stylet_solver::team::Team;
 
@@ -28,17 +26,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
 
     // How steps are made, and what the gel does to a needle.
-    let mut dynamics = DynamicsSettings::new(dt);
-    dynamics.damping.stiffness = 0.01;
-    let settings = CoupledSettings {
-        dynamics,
-        search: SearchSettings::default(),
-        coupling: CouplingMethod::NullSpace,
-        tangent: Tangent::GaussNewton,
-        needle_scheme: Scheme::BackwardEuler,
-        reach: 0.2 * side / cells as f64,
-        gravity: [0.0; 3],
-    };
+    let mut settings = CoupledSettings::new(dt, 0.2 * side / cells as f64);
+    settings.dynamics.damping.stiffness = 0.01;
     let forces = UniformInteraction { friction: 12.0, viscosity: 200.0, cutting: 0.2 };
     let mut insertion = Insertion::new(mesh, body, held, settings, forces, [0.0; 3], &team)?;
 

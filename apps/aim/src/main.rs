@@ -14,11 +14,10 @@ use std::path::PathBuf;
 use stylet_mesh::generate::kuhn_box;
 use stylet_mesh::{SimplexMesh, VertexId};
 use stylet_physics::body::{Body, Density, MassKind};
-use stylet_physics::coupling::{CoupledSettings, CouplingMethod, SearchSettings};
-use stylet_physics::dynamics::{DynamicsSettings, Scheme};
+use stylet_physics::coupling::CoupledSettings;
 use stylet_physics::insertion::{BaseMotion, Insertion, NeedleSettings, UniformInteraction};
 use stylet_physics::material::FixedCorotated;
-use stylet_physics::rod::{RodStiffness, Tangent};
+use stylet_physics::rod::RodStiffness;
 use stylet_plot::{Chart, Series, Style};
 use stylet_solver::subspace::{Constraint, Subspace};
 use stylet_solver::team::Team;
@@ -170,17 +169,8 @@ fn tissue() -> Result<Tissue, Box<dyn Error>> {
             held.set(vertex.index(), Constraint::Fixed)?;
         }
     }
-    let mut dynamics = DynamicsSettings::new(DT);
-    dynamics.damping.stiffness = 0.01;
-    let settings = CoupledSettings {
-        dynamics,
-        search: SearchSettings::default(),
-        coupling: CouplingMethod::NullSpace,
-        tangent: Tangent::GaussNewton,
-        needle_scheme: Scheme::BackwardEuler,
-        reach: 0.2 * SIDE / CELLS as f64,
-        gravity: [0.0; 3],
-    };
+    let mut settings = CoupledSettings::new(DT, 0.2 * SIDE / CELLS as f64);
+    settings.dynamics.damping.stiffness = 0.01;
     let forces = UniformInteraction { friction: 12.0, viscosity: 200.0, cutting: 0.5 };
     let team = Team::new(2);
     body.set_team(&team);

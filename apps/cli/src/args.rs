@@ -124,6 +124,10 @@ pub struct BenchArgs {
     /// A subset that takes about a minute.
     #[arg(long)]
     pub quick: bool,
+    /// One part of the suite stability: crush, element, contrast, hostile, threads, incompressible, endurance, extremes, violence,
+    /// friction, paths or needle-threads.
+    #[arg(long, value_name = "NAME")]
+    pub part: Option<String>,
     /// Folder for plots and JSON [default: out/bench-SUITE].
     #[arg(long, value_name = "DIR", value_parser = folder)]
     pub out: Option<PathBuf>,

@@ -12,11 +12,20 @@ use stylet_benches::{BenchError, BenchOptions, SUITES};
 /// An unknown suite, a folder that cannot be written, Ctrl-C. A run within the suite that fails is a row of the report.
 pub fn execute(args: &BenchArgs) -> Result<Exit, Failure> {
     let suite = SUITES.iter().find(|suite| suite.name == args.suite).ok_or_else(|| unknown(&args.suite))?;
+    if let Some(part) = &args.part {
+        let parts = suite.parts();
+        if !parts.contains(&part.as_str()) {
+            let expected =
+                if parts.is_empty() { "none: it has no parts".into() } else { format!("one of {}", parts.join(", ")) };
+            return Err(Failure::bad_input(format!("bench {}: --part: found {part}, expected {expected}", suite.name)));
+        }
+    }
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from("out").join(format!("bench-{}", suite.name)));
     std::fs::create_dir_all(&out).map_err(|e| unwritable(&out, &e))?;
     let stop = interrupt::flag();
     let options = BenchOptions {
         quick: args.quick,
+        part: args.part.clone(),
         out: Some(out.clone()),
         threads: threads_or_all(args.threads),
         stop: stop.clone(),

@@ -6,16 +6,14 @@ use stylet_mesh::geometry::cross;
 use stylet_physics::insertion::NeedleSettings;
 
 /// Checks a needle against the undeformed body: no part of it starts inside, its axis meets the body, and it is pushed far enough.
-/// The axis of a needle whose sleeve is moved is not looked at.
+/// The axis of a needle whose sleeve is moved, or that is bent by nature, is not looked at.
 ///
 /// # Errors
 /// The column, what was found and what was expected.
 pub fn check(needle: &NeedleSettings, motion: &Motion, end: f64, geometry: &Geometry) -> Result<(), String> {
-    let along = |s: f64| -> [f64; 3] { std::array::from_fn(|k| needle.base[k] + s * needle.direction[k]) };
-    let parts = (needle.length / needle.edge).round().max(1.0) as usize;
-    let edge = needle.length / parts as f64;
-    for node in 0..parts + 2 {
-        let at = along((node as f64 - 1.0) * edge);
+    let shaft = needle.shaft().map_err(|error| error.to_string())?;
+    for node in 0..shaft.n_nodes() {
+        let at = shaft.place(node);
         if let Some(found) = geometry.mesh.locate(at) {
             let region = &geometry.regions[geometry.mesh.region(found.cell) as usize];
             let what = if node <= 1 { "its base" } else { "a part of it" };
@@ -27,7 +25,7 @@ pub fn check(needle: &NeedleSettings, motion: &Motion, end: f64, geometry: &Geom
             ));
         }
     }
-    if motion.moves_sleeve() {
+    if motion.moves_sleeve() || needle.bend.is_some() {
         return Ok(());
     }
     let Some(distance) = first_hit(&needle.base, &needle.direction, geometry) else {

@@ -77,6 +77,13 @@ pub(crate) const NEEDLE: &[Column] = &[
         "across the needle, where the bevel bends it at the start; left out: up, or y along z",
     ),
     optional(
+        "curvature",
+        Kind::between(Bound::Inclusive(-1e4), Bound::Inclusive(1e4)),
+        "1/m",
+        "natural curvature towards bevel_direction: a needle that is bent beforehand; left out: 0, a straight one",
+    ),
+    optional("curved_length", LENGTH, "m", "how much of it is bent, from the tip; left out: all of it"),
+    optional(
         "friction_ratio",
         Kind::between(Bound::Inclusive(1.0), Bound::Inclusive(1e6)),
         "",

@@ -62,6 +62,8 @@ pub const TABLE: Table<Scene> = Table {
             float: |s| s.time.gamma, |s| Some(Value::Float(s.time.gamma))),
         key!("time.damping", &["tangent", "viscosity"], "\"tangent\"", "what resists deformation by its rate: the stiffness at the start of the step times material.damping_time, where all regions have the same; or viscosity, evaluated in each step",
             DampingKind: |s| s.time.damping, |s| s.time.damping.write()),
+        key!("time.twist", &["explicit", "implicit"], "\"explicit\"", "when the twist of needles that are bent by nature is taken: at the start of a step, as published, or at its end",
+            TwistKind: |s| s.time.twist, |s| s.time.twist.write()),
         key!("time.lazy", NOT_NEGATIVE, "", "0.05", "change of an element, as time.lazy_measure has it, up to which its stiffness is kept; 0: none is",
             float: |s| s.time.lazy, |s| Some(Value::Float(s.time.lazy))),
         key!("time.lazy_measure", &["strain", "stiffness", "rotation"], "\"strain\"", "|F - F0| / |F0|; the change of its stiffness, N/m; eq. (12) of Chentanez et al. (2009), N/m",

@@ -1,7 +1,7 @@
 //! A needle from a row of `[[needle]]`.
 
 use std::f64::consts::FRAC_PI_4;
-use stylet_physics::insertion::NeedleSettings;
+use stylet_physics::insertion::{NaturalBend, NeedleSettings};
 use stylet_physics::rod::RodStiffness;
 use stylet_scene::Row;
 
@@ -48,8 +48,21 @@ pub fn settings(row: &Row) -> Result<NeedleSettings, String> {
         bevel: number("bevel", 0.0),
         friction_ratio: number("friction_ratio", 1.0),
         damping: number("damping", 0.0),
+        bend: bend(row)?,
         friction_factors: factors(row)?,
     })
+}
+
+/// The natural bend, of all of the needle where no length is given: more than any needle has.
+fn bend(row: &Row) -> Result<Option<NaturalBend>, String> {
+    const ALL: f64 = 1e3;
+    match (row.get("curvature"), row.get("curved_length")) {
+        (None | Some(0.0), Some(length)) => {
+            Err(format!("curved_length: found {length} m of a straight needle, expected curvature to be set"))
+        }
+        (None | Some(0.0), None) => Ok(None),
+        (Some(curvature), length) => Ok(Some(NaturalBend { curvature, length: length.unwrap_or(ALL) })),
+    }
 }
 
 /// Depths at which seeds are left, m.

@@ -234,14 +234,16 @@ fn trace(t: f64, needle: &Needle, mesh: &SimplexMesh<3, 4>) -> Trace {
 }
 
 /// Whether the edge from the skin to the tip is so short that cells beside it cannot but be flat: until the tip has been behind
-/// the skin for twenty steps, as Chentanez et al. (2009) count (section 3.4.1), and later where it is back at less than the depth
-/// that it had then, or than the mean edge if that is less. While it dents the skin, it is not behind it.
+/// the skin for twenty frames of 20 ms, as Chentanez et al. (2009) count (section 3.4.1), and later where it is back at less than
+/// the depth that it had then, or than the mean edge if that is less. While it dents the skin, it is not behind it.
 fn is_shallow(traces: &[Trace], edge: f64) -> bool {
-    const STEPS: usize = 20;
+    const FRAMES: f64 = 20.0 * 0.02;
     let Some(now) = traces.last().filter(|trace| trace.reference.is_some()) else { return false };
     let behind = traces.iter().rev().take_while(|trace| trace.reference.is_some() && trace.depth > 0.0).count();
     let since_puncture = &traces[traces.len() - behind..];
-    since_puncture.get(STEPS).is_none_or(|then| now.depth < then.depth.min(edge))
+    let start = since_puncture.first().map_or(now.t, |first| first.t);
+    let then = since_puncture.iter().find(|trace| trace.t - start >= FRAMES * (1.0 - 1e-9));
+    then.is_none_or(|then| now.depth < then.depth.min(edge))
 }
 
 /// Depths that a tip has come back past in a step, and the material points where it was then: between its places at the start and
@@ -267,31 +269,39 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_first_twenty_steps_are_shallow_and_so_is_what_is_no_deeper() {
-        let trace = |depth: f64| Trace {
-            t: 0.0,
+    fn the_first_twenty_frames_are_shallow_and_so_is_what_is_no_deeper() {
+        let at = |t: f64, depth: f64| Trace {
+            t,
             tip: [0.0; 3],
             reference: (depth >= 0.0).then_some([depth, 0.0, 0.0]),
             depth,
             force: [0.0; 3],
             states: Vec::new(),
         };
-        let mut traces = vec![trace(-1.0); 30];
-        assert!(!is_shallow(&traces, 1.0));
-        // It dents the skin first.
-        traces.extend([(); 30].map(|()| trace(0.0)));
-        assert!(is_shallow(&traces, 100.0));
-        for step in 1..40 {
-            traces.push(trace(f64::from(step)));
-            assert_eq!(is_shallow(&traces, 100.0), step <= 20, "step {step}");
+        // Frames of 20 ms, and steps of a fifth of that.
+        for (dt, frames) in [(0.02, 20), (0.004, 100)] {
+            let mut t = 0.0;
+            let mut trace = |depth: f64| {
+                t += dt;
+                at(t, depth)
+            };
+            let mut traces: Vec<Trace> = [(); 30].map(|()| trace(-1.0)).into();
+            assert!(!is_shallow(&traces, 1.0));
+            // It dents the skin first.
+            traces.extend([(); 30].map(|()| trace(0.0)));
+            assert!(is_shallow(&traces, 100.0));
+            for step in 1..2 * frames {
+                traces.push(trace(f64::from(step)));
+                assert_eq!(is_shallow(&traces, 1e3), step <= frames, "step {step}");
+            }
+            traces.push(trace(f64::from(frames) + 0.5));
+            assert!(is_shallow(&traces, 1e3) && !is_shallow(&traces, 10.0));
+            // A second puncture counts anew.
+            traces.push(trace(-1.0));
+            assert!(!is_shallow(&traces, 10.0));
+            traces.push(trace(30.0));
+            assert!(is_shallow(&traces, 10.0));
         }
-        traces.push(trace(20.5));
-        assert!(is_shallow(&traces, 100.0) && !is_shallow(&traces, 10.0));
-        // A second puncture counts anew.
-        traces.push(trace(-1.0));
-        assert!(!is_shallow(&traces, 10.0));
-        traces.push(trace(30.0));
-        assert!(is_shallow(&traces, 10.0));
     }
 
     #[test]

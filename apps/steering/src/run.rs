@@ -2,7 +2,7 @@
 
 use crate::builtin::{MOST_NEEDLES, Setup};
 use crate::record::{Record, Trace};
-use crate::scene::{Coupling, PreconditionerKind, SchemeKind, SearchKind};
+use crate::scene::{Coupling, PreconditionerKind, SchemeKind, SearchKind, TwistKind};
 use crate::tissue::common_damping;
 use crate::two_level::TwoLevelSteps;
 use crate::{frames, keys, picture, tissue};
@@ -200,7 +200,7 @@ impl Run {
             depth_m: needle.depth(),
             max_depth_m: traces.iter().map(|trace| trace.depth).fold(0.0, f64::max),
             base_force: needle.base_force.to_vec(),
-            base_torque: moment(needle).to_vec(),
+            base_torque: needle.base_moment.to_vec(),
             max_push_n: traces.iter().map(push).fold(0.0, f64::max),
             nodes: needle.nodes().len(),
             sticking: sticking(needle),
@@ -224,12 +224,6 @@ impl Run {
 
 fn sticking(needle: &Needle) -> usize {
     needle.nodes().iter().filter(|node| node.state == SlipState::Static).count()
-}
-
-/// Moment of the sleeve about the base, with that of the twist, N m.
-fn moment(needle: &Needle) -> [f64; 3] {
-    let (twist, axis) = (needle.shaft.rod.twist_torque(), needle.shaft.tangent(0));
-    std::array::from_fn(|k| needle.base_moment[k] + twist * axis[k])
 }
 
 /// An error with needles counted from 1, as in scene files.
@@ -287,6 +281,7 @@ fn settings(opened: &Setup) -> CoupledSettings {
             Coupling::Constraint => CouplingMethod::ConstraintPreconditioned,
         },
         tangent: Tangent::GaussNewton,
+        implicit_twist: time.twist == TwistKind::Implicit,
         needle_scheme: Scheme::BackwardEuler,
         reach: time.reach.unwrap_or_else(|| 0.2 * opened.geometry.mean_edge()),
         gravity: [0.0; 3],
@@ -344,7 +339,7 @@ impl Simulation for Run {
         let mut quantities = Vec::new();
         for needle in self.insertion.needles() {
             quantities.push(needle.depth());
-            quantities.extend(needle.shaft.tip().iter().chain(&needle.base_force).chain(&moment(needle)));
+            quantities.extend(needle.shaft.tip().iter().chain(&needle.base_force).chain(&needle.base_moment));
         }
         let needles = self.insertion.needles();
         Ok(HistoryRow {
@@ -453,7 +448,7 @@ impl Simulation for Run {
                 tip: first.shaft.tip().to_vec(),
                 tip_reference: self.reference(first).to_vec(),
                 base_force: first.base_force.to_vec(),
-                base_torque: moment(first).to_vec(),
+                base_torque: first.base_moment.to_vec(),
                 rearrangements: usize::try_from(totals.trials).unwrap_or(usize::MAX),
                 unsettled: usize::try_from(totals.substeps - totals.consistent).unwrap_or(usize::MAX),
                 nodes: first.nodes().len(),

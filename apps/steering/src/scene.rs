@@ -141,6 +141,8 @@ pub struct TimeStage {
     pub gamma: f64,
     /// What resists the rate of deformation.
     pub damping: DampingKind,
+    /// When the twist of needles that are bent by nature is taken.
+    pub twist: TwistKind,
     /// Change up to which stiffness is kept.
     pub lazy: f64,
     /// What of an element.
@@ -158,6 +160,7 @@ impl Default for TimeStage {
             beta: 0.25,
             gamma: 0.5,
             damping: DampingKind::default(),
+            twist: TwistKind::default(),
             lazy: 0.05,
             lazy_measure: LazyWord::default(),
             reach: None,
@@ -216,6 +219,20 @@ pub enum PreconditionerKind {
 impl Words for PreconditionerKind {
     const WORDS: &'static [(&'static str, Self)] =
         &[("block-jacobi", Self::BlockJacobi), ("two-level", Self::TwoLevel)];
+}
+
+/// When twist is taken.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub enum TwistKind {
+    /// At the start of the step, as published.
+    #[default]
+    Explicit,
+    /// At its end, with the other forces.
+    Implicit,
+}
+
+impl Words for TwistKind {
+    const WORDS: &'static [(&'static str, Self)] = &[("explicit", Self::Explicit), ("implicit", Self::Implicit)];
 }
 
 /// How friction states are found.

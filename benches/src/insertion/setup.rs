@@ -8,12 +8,12 @@ use stylet_mesh::SimplexMesh;
 use stylet_mesh::generate::kuhn_box;
 use stylet_physics::body::{Body, Density, LazyRule, MassKind};
 use stylet_physics::coupling::{CoupledSettings, CouplingMethod, SearchSettings};
-use stylet_physics::dynamics::{Damping, DynamicsSettings, Scheme};
+use stylet_physics::dynamics::{Damping, DynamicsSettings};
 use stylet_physics::insertion::{
     BaseMotion, Insertion, InsertionError, InsertionReport, Interaction, NeedleSettings, UniformInteraction,
 };
 use stylet_physics::material::Solid;
-use stylet_physics::rod::{RodStiffness, Tangent};
+use stylet_physics::rod::RodStiffness;
 use stylet_solver::subspace::{Constraint, Subspace};
 use stylet_solver::team::Team;
 
@@ -245,10 +245,7 @@ impl Scene {
             },
             search: numerics.search,
             coupling: numerics.coupling,
-            tangent: Tangent::GaussNewton,
-            needle_scheme: Scheme::BackwardEuler,
-            reach: REACH * self.tissue.mean_edge(),
-            gravity: [0.0; 3],
+            ..CoupledSettings::new(numerics.dt, REACH * self.tissue.mean_edge())
         };
         let mut insertion = Insertion::new(self.tissue.mesh.clone(), body, held, settings, forces, [0.0; 3], team)?;
         insertion.add_needle(self.needle.clone())?;

@@ -21,9 +21,34 @@ const SIDE: f64 = 0.1;
 /// kg/m³.
 const DENSITY: f64 = 1000.0;
 
+/// Adds rows and figures of some tests to the report.
+type Part = fn(&BenchOptions, &mut dyn FnMut(&str), &mut Report);
+
+/// Tests that can be asked for one by one.
+const PARTS: [(&str, Part); 12] = [
+    ("crush", crush::run),
+    ("element", element::run),
+    ("contrast", contrast::run),
+    ("hostile", hostile::run),
+    ("threads", threads::run),
+    ("incompressible", needle::incompressible::run),
+    ("endurance", needle::endurance::run),
+    ("extremes", needle::extremes::run),
+    ("violence", needle::violence::run),
+    ("friction", needle::violence::friction),
+    ("paths", needle::paths::run),
+    ("needle-threads", needle::threads::run),
+];
+
+/// Names of the parts, in their order.
+pub(crate) fn parts() -> Vec<&'static str> {
+    PARTS.iter().map(|(name, _)| *name).collect()
+}
+
 pub(crate) fn run(options: &BenchOptions, say: &mut dyn FnMut(&str)) -> Result<Report, BenchError> {
     let mut report = Report::new("stability", options.threads);
-    for part in [crush::run, element::run, contrast::run, hostile::run, threads::run, needle::run] {
+    let asked = |name: &str| options.part.as_deref().is_none_or(|part| part == name);
+    for (_, part) in PARTS.iter().filter(|(name, _)| asked(name)) {
         if options.stopped() {
             break;
         }

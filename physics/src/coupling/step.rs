@@ -18,7 +18,7 @@ use crate::dynamics::error::Setback;
 use crate::dynamics::scheme::Coefficients;
 use crate::dynamics::{Drive, DynamicsSettings, Integrator, Scheme, Spent, StageTimes, State, StepPreconditioner};
 use crate::material::Hyperelastic;
-use crate::rod::Tangent;
+use crate::rod::{RodError, Tangent};
 use std::time::Instant;
 use stylet_mesh::geometry::cross;
 use stylet_solver::energy::Energy;
@@ -38,6 +38,9 @@ pub struct CoupledSettings {
     pub coupling: CouplingMethod,
     /// The matrix of the rods.
     pub tangent: Tangent,
+    /// Whether the twist of naturally curved needles is taken at the end of the step with the other forces, rather than at its
+    /// start as published. Where that leaves no definite matrix, the step is made as published.
+    pub implicit_twist: bool,
     /// How rods move: their places are prescribed by what cannot be stretched, which the trapezoid rule answers by
     /// velocities that change sign with every step. Published as that of the tissue.
     pub needle_scheme: Scheme,
@@ -46,6 +49,24 @@ pub struct CoupledSettings {
     pub reach: f64,
     /// Acceleration of gravity that acts on the needles, m/s^2.
     pub gravity: [f64; 3],
+}
+
+impl CoupledSettings {
+    /// Steps of length `dt` (s) in which a needle may slide by `reach` (m): the trapezoid rule without damping for the tissue,
+    /// backward Euler for needles, the null-space form, Gauss-Newton's matrix, explicit twist, no gravity.
+    #[must_use]
+    pub fn new(dt: f64, reach: f64) -> Self {
+        Self {
+            dynamics: DynamicsSettings::new(dt),
+            search: SearchSettings::default(),
+            coupling: CouplingMethod::default(),
+            tangent: Tangent::GaussNewton,
+            implicit_twist: false,
+            needle_scheme: Scheme::BackwardEuler,
+            reach,
+            gravity: [0.0; 3],
+        }
+    }
 }
 
 /// Where the time of coupled steps goes, beside that of the tissue's own stages.
@@ -83,7 +104,7 @@ pub struct ShaftEnd {
     pub a: Vec<f64>,
     /// Force of the sleeve on the needle, N.
     pub base_force: [f64; 3],
-    /// Moment of the sleeve on the needle about node 0, N m, without twist.
+    /// Moment of the sleeve on the needle about node 0, N m.
     pub base_moment: [f64; 3],
     /// By coupling node: state, force along `t` on the tissue (N), sliding (m).
     pub states: Vec<SlipState>,
@@ -117,6 +138,8 @@ struct RodSystem {
     /// `x^ − x0` and `v^`; of the nodes in the sleeve what is prescribed.
     p: Vec<f64>,
     v_hat: Vec<f64>,
+    /// Torque about the first edge that holds its angle, N m.
+    base_torque: f64,
     /// Its first node (node 2) in the small body.
     first: usize,
     /// Its own scheme. The unknowns of the system are accelerations as the scheme of the tissue has them: `x1 = x^ + cx z`.
@@ -199,18 +222,21 @@ impl CoupledIntegrator {
             self.tissue.times.linearize.add(since);
             report.elements_updated = attempt.body.elements_updated() as u64;
         }
-        let first = self.solve(&mut attempt, (state, &mut *needles), sleeves, &c, &mut report);
-        let indefinite = matches!(first, Err(CouplingError::Indefinite));
-        if !indefinite || M::IS_LINEAR || attempt.body.is_projected() {
-            first?;
-        } else {
+        let twist = self.settings.implicit_twist && needles.iter().any(|needle| !needle.rod.is_naturally_straight());
+        let mut made = self.solve(&mut attempt, (state, &mut *needles), (sleeves, twist), &c, &mut report);
+        let indefinite = |made: &Result<(), CouplingError>| matches!(made, Err(CouplingError::Indefinite));
+        if indefinite(&made) && twist {
+            attempt.predict(&mut self.tissue, &c);
+            made = self.solve(&mut attempt, (state, &mut *needles), (sleeves, false), &c, &mut report);
+        }
+        if indefinite(&made) && !M::IS_LINEAR && !attempt.body.is_projected() {
             // As in steps of the tissue alone: the nearest semidefinite tangents.
             attempt.body.set_projection(true);
             attempt.predict(&mut self.tissue, &c);
-            let second = self.solve(&mut attempt, (state, &mut *needles), sleeves, &c, &mut report);
+            made = self.solve(&mut attempt, (state, &mut *needles), (sleeves, false), &c, &mut report);
             attempt.body.set_projection(false);
-            second?;
         }
+        made?;
         attempt.place(&mut self.tissue, &c);
         attempt.finish(&mut self.tissue, &c).map_err(setback)?;
         self.end_needles(needles, sleeves, &c, h)?;
@@ -229,7 +255,9 @@ impl CoupledIntegrator {
         &self.ends
     }
 
-    /// Takes the step that was attempted: moves the tissue and the needles to its end.
+    /// Takes the step that was attempted: moves the tissue and the needles to its end. Where the tissue is tied to a needle its
+    /// velocity and acceleration become those of the needle's scheme: a place that is prescribed is answered by the trapezoid
+    /// rule with velocities that change sign with every step, and friction states that follow them.
     pub fn take(&mut self, state: &mut State, needles: &mut [Shaft], h: f64) {
         self.tissue.commit(state, h);
         for (needle, end) in needles.iter_mut().zip(&mut self.ends) {
@@ -240,19 +268,32 @@ impl CoupledIntegrator {
                 node.state = *state;
             }
         }
+        let coupled = needles.iter().flat_map(|needle| {
+            let entry = needle.entry();
+            needle.nodes.iter().enumerate().map(move |(k, node)| (needle, entry + k, node))
+        });
+        for ((needle, node, coupled), link) in coupled.zip(&self.links) {
+            for (tissue, own) in [(&mut state.v, &needle.v), (&mut state.a, &needle.a)] {
+                let before = triple(tissue, link.vertex);
+                let apart = difference(&triple(own, node), &before);
+                let along = if coupled.state == SlipState::Static { 0.0 } else { inner(&link.tangent, &apart) };
+                let tied = |i: usize| before[i] + apart[i] - along * link.tangent[i];
+                set_triple(tissue, link.vertex, &std::array::from_fn(tied));
+            }
+        }
     }
 
     fn solve<M: Hyperelastic<3>>(
         &mut self,
         attempt: &mut Attempt<'_, 3, 4, M>,
         (state, needles): (&State, &mut [Shaft]),
-        sleeves: &[SleeveMotion],
+        (sleeves, twist): (&[SleeveMotion], bool),
         c: &Coefficients,
         report: &mut CoupledReport,
     ) -> Result<(), CouplingError> {
         let round_floor = attempt.assemble(&mut self.tissue, c).map_err(unsolved)?;
         let since = Instant::now();
-        let small = self.needles_system(needles, sleeves, c)?;
+        let small = self.needles_system(needles, (sleeves, twist), c)?;
         let since = self.times.needle.add(since);
         self.link(needles, state, c);
         let mut attachments: Vec<Attachment> = vec![Vec::new(); small.n_rows()];
@@ -304,7 +345,7 @@ impl CoupledIntegrator {
     fn needles_system(
         &mut self,
         needles: &mut [Shaft],
-        sleeves: &[SleeveMotion],
+        (sleeves, twist): (&[SleeveMotion], bool),
         c: &Coefficients,
     ) -> Result<BlockCsr<3>, CouplingError> {
         while self.rods.len() < needles.len() {
@@ -313,6 +354,7 @@ impl CoupledIntegrator {
                 force: Vec::new(),
                 p: Vec::new(),
                 v_hat: Vec::new(),
+                base_torque: 0.0,
                 first: 0,
                 own: None,
             });
@@ -328,7 +370,8 @@ impl CoupledIntegrator {
         for (k, (needle, sleeve)) in needles.iter_mut().zip(sleeves).enumerate() {
             let system = &mut self.rods[k];
             system.first = first;
-            system.evaluate(needle, sleeve, &self.settings, c);
+            let evaluated = system.evaluate(needle, (sleeve, twist), &self.settings, c);
+            evaluated.map_err(|error| CouplingError::Rod { needle: k, error })?;
             system
                 .add_to(needle, c, &mut small, &mut b[3 * first..3 * (first + needle.n_nodes() - 2)])
                 .map_err(|_| CouplingError::Shape { needle: k, what: "its matrix does not fit" })?;
@@ -397,16 +440,32 @@ impl CoupledIntegrator {
 }
 
 impl RodSystem {
-    fn evaluate(&mut self, needle: &mut Shaft, sleeve: &SleeveMotion, settings: &CoupledSettings, c: &Coefficients) {
+    fn evaluate(
+        &mut self,
+        needle: &mut Shaft,
+        (sleeve, twist): (&SleeveMotion, bool),
+        settings: &CoupledSettings,
+        c: &Coefficients,
+    ) -> Result<(), RodError> {
         let n = needle.n_nodes();
         self.force.clear();
         self.force.resize(3 * n, 0.0);
+        self.base_torque = 0.0;
+        let Shaft { rod, x, director, .. } = needle;
+        if !rod.is_naturally_straight() {
+            // Twist spreads at once: the angles are in balance, with the base held. Without torsional friction nothing else turns
+            // an edge, so that a straight needle keeps the angle of its base all along.
+            let base = rod.angles()[0];
+            rod.settle_angles(x, director, Some(base), None, None)?;
+            rod.add_twist_force(x, director, &mut self.force);
+            self.base_torque = rod.base_torque(x, director)?;
+        }
         needle.rod.add_force(&needle.x, &needle.director, &mut self.force);
         for node in 0..n {
             let mass = needle.rod.node_mass(node);
             (0..3).for_each(|k| self.force[3 * node + k] += mass * settings.gravity[k]);
         }
-        needle.rod.tangent(&needle.x, &needle.director, settings.tangent, false, &mut self.tangent);
+        needle.rod.tangent(&needle.x, &needle.director, settings.tangent, twist, &mut self.tangent);
         let own = settings.needle_scheme.coefficients(c.h);
         self.own = Some(own);
         self.p.clear();
@@ -417,6 +476,7 @@ impl RodSystem {
             set_triple(&mut self.p, node, &difference(place, &needle.place(node)));
             set_triple(&mut self.v_hat, node, &sleeve.velocity);
         }
+        Ok(())
     }
 
     /// `f − K p − D v^` of a node.
@@ -511,7 +571,8 @@ impl RodSystem {
         }
         let arm = difference(&sleeve.place[1], &sleeve.place[0]);
         end.base_force = std::array::from_fn(|k| forces[0][k] + forces[1][k]);
-        end.base_moment = cross(&arm, &forces[1]);
+        let (bent, axis) = (cross(&arm, &forces[1]), needle.tangent(0));
+        end.base_moment = std::array::from_fn(|k| bent[k] + self.base_torque * axis[k]);
     }
 }
 

@@ -7,12 +7,13 @@ use stylet_mesh::{CellId, SimplexMesh};
 /// A tip is outside until it is this part of the height of a cell behind the skin.
 const ON_SKIN: f64 = 1e-6;
 
-/// A point of the skin, in the deformed and in the undeformed body.
+/// How far beside a facet a point still counts as on it, so that none gets through between two: in barycentric coordinates.
+const ON_EDGE: f64 = 1e-9;
+
+/// A point of the skin of the undeformed body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Contact {
-    /// Part of the way to it.
-    pub part: f64,
-    /// In the undeformed body.
+    /// Its place.
     pub material: [f64; 3],
     /// The direction inwards there, of unit length.
     pub inwards: [f64; 3],
@@ -20,70 +21,139 @@ pub(super) struct Contact {
     pub edge: f64,
 }
 
-/// The first facet of the skin that the way from `a` to `b` crosses inwards, in the body displaced by `u`.
-pub(super) fn contact(mesh: &SimplexMesh<3, 4>, u: &[f64], a: &[f64; 3], b: &[f64; 3]) -> Option<Contact> {
-    let points = mesh.points();
-    let (low, high): ([f64; 3], [f64; 3]) =
-        (std::array::from_fn(|k| a[k].min(b[k])), std::array::from_fn(|k| a[k].max(b[k])));
-    let mut first: Option<Contact> = None;
-    for (cell, facet) in mesh.boundary_facets() {
-        let vertices = mesh.cell(cell);
+/// The first facet of the skin that a tip on its way from `a` to `b` crosses inwards, while the body goes from one displacement
+/// to another: the skin may as well come to the tip.
+pub(super) fn contact(
+    mesh: &SimplexMesh<3, 4>,
+    [before, after]: [&[f64]; 2],
+    a: &[f64; 3],
+    b: &[f64; 3],
+) -> Option<Contact> {
+    let mut first: Option<(f64, Facet, [f64; 3])> = None;
+    for facet in skin(mesh) {
+        let (from, to) = (facet.at(mesh, before), facet.at(mesh, after));
+        let beside = |k: usize| {
+            let all = |is: &dyn Fn(&[f64; 3], f64) -> bool| {
+                from.triangle.iter().all(|p| is(p, a[k])) && to.triangle.iter().all(|p| is(p, b[k]))
+            };
+            let low = |p: &[f64; 3], x: f64| p[k] < x.min(a[k]).min(b[k]);
+            let high = |p: &[f64; 3], x: f64| p[k] > x.max(a[k]).max(b[k]);
+            all(&low) || all(&high)
+        };
+        if (0..3).any(beside) {
+            continue;
+        }
+        let (outside, inside) = (from.coordinates(a), to.coordinates(b));
+        if !(outside.height <= ON_SKIN && inside.height > ON_SKIN) {
+            continue;
+        }
+        let part = (ON_SKIN - outside.height) / (inside.height - outside.height);
+        let weights: [f64; 3] =
+            std::array::from_fn(|i| outside.weights[i] + part * (inside.weights[i] - outside.weights[i]));
+        let is_first = first.as_ref().is_none_or(|(known, ..)| part < *known);
+        if is_first && weights.iter().all(|&w| w >= -ON_EDGE) {
+            first = Some((part, facet, weights));
+        }
+    }
+    first.map(|(_, facet, weights)| facet.at_rest(mesh, &weights))
+}
+
+/// Where the straight line behind a tip goes through the skin for the last time, if the tip is inside the body.
+pub(super) fn entered(mesh: &SimplexMesh<3, 4>, u: &[f64], tip: &[f64; 3], tangent: &[f64; 3]) -> Option<Contact> {
+    let mut inside = 0;
+    let mut last: Option<(f64, Facet, [f64; 3])> = None;
+    for facet in skin(mesh) {
+        let here = facet.at(mesh, u);
+        // Along the line the height grows by its share of the tangent.
+        let end = here.coordinates(tip);
+        let start = here.coordinates(&std::array::from_fn(|k| tip[k] - tangent[k]));
+        let rise = end.height - start.height;
+        let back = (end.height - ON_SKIN) / rise;
+        if !(back.is_finite() && back > 0.0) {
+            continue;
+        }
+        let weights: [f64; 3] = std::array::from_fn(|i| end.weights[i] - back * (end.weights[i] - start.weights[i]));
+        if weights.iter().any(|&w| w < 0.0) {
+            continue;
+        }
+        inside += if rise > 0.0 { 1 } else { -1 };
+        if rise > 0.0 && last.as_ref().is_none_or(|(known, ..)| back < *known) {
+            last = Some((back, facet, weights));
+        }
+    }
+    let (_, facet, weights) = last.filter(|_| inside > 0)?;
+    Some(facet.at_rest(mesh, &weights))
+}
+
+/// A facet of the skin by the vertices of its cell: three corners, and the one behind them.
+#[derive(Clone, Copy)]
+struct Facet {
+    cell: CellId,
+    corners: [usize; 3],
+    apex: usize,
+}
+
+/// The same in the deformed body.
+struct Placed {
+    triangle: [[f64; 3]; 3],
+    /// Towards the inside, with the length of twice the area.
+    normal: [f64; 3],
+    /// Height of the cell over the facet, by that length.
+    height: f64,
+}
+
+/// Height of a point over a facet, inwards, as part of that of the cell; weights of the corners beneath it.
+struct Coordinates {
+    height: f64,
+    weights: [f64; 3],
+}
+
+fn skin(mesh: &SimplexMesh<3, 4>) -> impl Iterator<Item = Facet> {
+    mesh.boundary_facets().map(|(cell, facet)| Facet {
+        cell,
+        corners: std::array::from_fn(|i| (facet + 1 + i) % 4),
+        apex: facet,
+    })
+}
+
+impl Facet {
+    fn at(&self, mesh: &SimplexMesh<3, 4>, u: &[f64]) -> Placed {
+        let (points, vertices) = (mesh.points(), mesh.cell(self.cell));
         let place = |i: usize| -> [f64; 3] {
             let (x, u) = (points[vertices[i].index()], triple(u, vertices[i].index()));
             std::array::from_fn(|k| x[k] + u[k])
         };
-        let corners: [usize; 3] = std::array::from_fn(|i| (facet + 1 + i) % 4);
-        let triangle = corners.map(place);
-        let beside = |k: usize| triangle.iter().all(|p| p[k] < low[k]) || triangle.iter().all(|p| p[k] > high[k]);
-        if (0..3).any(beside) {
-            continue;
-        }
-        let Some((part, weights)) = crossing(&triangle, &place(facet), a, b) else { continue };
-        if first.as_ref().is_none_or(|found| part < found.part) {
-            first = Some(at_rest(mesh, cell, corners, facet, &weights, part));
-        }
+        let triangle = self.corners.map(place);
+        let [p, q, r] = &triangle;
+        let normal = cross(&difference(q, p), &difference(r, p));
+        let height = inner(&normal, &difference(&place(self.apex), p));
+        let normal = if height < 0.0 { normal.map(|n| -n) } else { normal };
+        Placed { triangle, normal, height: height.abs() }
     }
-    first
+
+    fn at_rest(&self, mesh: &SimplexMesh<3, 4>, weights: &[f64; 3]) -> Contact {
+        let x = mesh.corners(self.cell);
+        let sum: f64 = weights.iter().map(|w| w.max(0.0)).sum();
+        let [p, q, r] = self.corners.map(|i| x[i]);
+        let material = std::array::from_fn(|k| {
+            (weights[0].max(0.0) * p[k] + weights[1].max(0.0) * q[k] + weights[2].max(0.0) * r[k]) / sum
+        });
+        let normal = cross(&difference(&q, &p), &difference(&r, &p));
+        let side = inner(&normal, &difference(&x[self.apex], &p)).signum();
+        let inwards = normal.map(|n| side * n / length(&normal));
+        Contact { material, inwards, edge: mesh.longest_edge(self.cell) }
+    }
 }
 
-/// Where a segment crosses a triangle towards the side of `apex`: part of the way, and weights of the corners.
-fn crossing(triangle: &[[f64; 3]; 3], apex: &[f64; 3], a: &[f64; 3], b: &[f64; 3]) -> Option<(f64, [f64; 3])> {
-    let [p, q, r] = triangle;
-    let mut normal = cross(&difference(q, p), &difference(r, p));
-    if inner(&normal, &difference(apex, p)) < 0.0 {
-        normal = normal.map(|n| -n);
+impl Placed {
+    fn coordinates(&self, x: &[f64; 3]) -> Coordinates {
+        let [p, q, r] = &self.triangle;
+        let normal = cross(&difference(q, p), &difference(r, p));
+        let square = inner(&normal, &normal);
+        let area = |s: &[f64; 3], t: &[f64; 3]| inner(&cross(&difference(s, x), &difference(t, x)), &normal) / square;
+        Coordinates {
+            height: inner(&self.normal, &difference(x, p)) / self.height,
+            weights: [area(q, r), area(r, p), area(p, q)],
+        }
     }
-    // A tip on the skin is outside, whichever way it is rounded.
-    let skin = ON_SKIN * inner(&normal, &difference(apex, p)).abs();
-    let (from, to) = (inner(&normal, &difference(a, p)) - skin, inner(&normal, &difference(b, p)) - skin);
-    if !(from <= 0.0 && to > 0.0) {
-        return None;
-    }
-    let part = from / (from - to);
-    let x: [f64; 3] = std::array::from_fn(|k| a[k] + part * (b[k] - a[k]));
-    let square = inner(&normal, &normal);
-    let area = |s: &[f64; 3], t: &[f64; 3]| inner(&cross(&difference(s, &x), &difference(t, &x)), &normal) / square;
-    let mut weights = [area(q, r), area(r, p), area(p, q)];
-    if weights.iter().sum::<f64>() < 0.0 {
-        weights = weights.map(|w| -w);
-    }
-    weights.iter().all(|&w| w >= -1e-9).then_some((part, weights))
-}
-
-fn at_rest(
-    mesh: &SimplexMesh<3, 4>,
-    cell: CellId,
-    corners: [usize; 3],
-    facet: usize,
-    weights: &[f64; 3],
-    part: f64,
-) -> Contact {
-    let x = mesh.corners(cell);
-    let sum: f64 = weights.iter().map(|w| w.max(0.0)).sum();
-    let material = std::array::from_fn(|k| (0..3).map(|i| weights[i].max(0.0) / sum * x[corners[i]][k]).sum());
-    let [p, q, r] = corners.map(|i| x[i]);
-    let normal = cross(&difference(&q, &p), &difference(&r, &p));
-    let side = inner(&normal, &difference(&x[facet], &p)).signum();
-    let inwards = normal.map(|n| side * n / length(&normal));
-    Contact { part, material, inwards, edge: mesh.longest_edge(cell) }
 }

@@ -23,7 +23,7 @@ mod tip;
 
 pub use error::InsertionError;
 pub use interaction::{Interaction, UniformInteraction};
-pub use needle::{BaseMotion, Needle, NeedleSettings};
+pub use needle::{BaseMotion, NaturalBend, Needle, NeedleSettings};
 pub use report::{InsertionReport, InsertionTimes};
 pub use state::InsertionState;
 
@@ -260,6 +260,8 @@ impl<M: Hyperelastic<3>> Insertion<M> {
             h,
         );
         let made = made.map_err(Setback::Curable)?;
+        // Where the skin was, for tips that have not met it.
+        let was = if self.needles.iter().all(Needle::is_inside) { Vec::new() } else { self.state.u.clone() };
         self.integrator.take(&mut self.state, &mut self.shafts, h);
         report.add(&made);
         for (k, motion) in motions.iter().enumerate() {
@@ -271,21 +273,27 @@ impl<M: Hyperelastic<3>> Insertion<M> {
             (needle.base_force, needle.base_moment) = (end.base_force, end.base_moment);
             needle.forces.clone_from(&end.forces);
             needle.slips.clone_from(&end.slips);
-            self.renew(k, &before, report)?;
+            self.renew(k, (&before, &was), report)?;
         }
         Ok(())
     }
 
     /// Brings the mesh to the tip and the nodes of the needle to the mesh.
-    fn renew(&mut self, k: usize, before: &[f64; 3], report: &mut InsertionReport) -> Result<(), Setback> {
+    fn renew(
+        &mut self,
+        k: usize,
+        (before, was): (&[f64; 3], &[f64]),
+        report: &mut InsertionReport,
+    ) -> Result<(), Setback> {
         let since = Instant::now();
         let old = profile(&self.needles[k]);
         let slip = self.needles[k].slips.last().copied().unwrap_or(0.0);
         let tip = self.needles[k].shaft.nodes.last().map(|node| node.state);
         let moved = match tip {
-            None => self.meet(k, before)?,
+            None => self.meet(k, before, was)?,
             Some(SlipState::Static) => TipMove::default(),
             Some(_) if slip.abs() <= STILL => TipMove::default(),
+            Some(_) if slip > 0.0 && self.is_too_near(k, slip) => self.dent(k),
             Some(_) => self.cut(k, slip)?,
         };
         report.blocked += u32::from(moved.blocked);
@@ -422,12 +430,9 @@ fn feed(k: usize, shaft: &mut crate::coupling::Shaft, motion: &BaseMotion, h: f6
     let wrong = |error| InsertionError::Rod { needle: k, error };
     rod.set_rest_length(1, length).map_err(wrong)?;
     if motion.spin != 0.0 {
+        // Where the needle is bent by nature, the step finds how far its edges follow.
         let angles: Vec<f64> = rod.angles().iter().map(|angle| angle + motion.spin * h).collect();
         rod.set_angles(&angles).map_err(wrong)?;
-        let straight = rod.rest_curvatures().iter().flatten().all(|&kappa| kappa == 0.0);
-        if !straight {
-            rod.settle_angles(&shaft.x, &shaft.director, Some(angles[0]), None, None).map_err(wrong)?;
-        }
     }
     Ok(())
 }

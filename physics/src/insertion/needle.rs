@@ -7,6 +7,9 @@ use crate::rod::{Rod, RodStiffness};
 use serde::{Deserialize, Serialize};
 use stylet_mesh::remesh::NeedleId;
 
+/// Most natural curvature times the length of an edge: beyond, edges would not follow the bend.
+const MOST_TURN: f64 = 1.0;
+
 /// A needle and where it starts.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NeedleSettings {
@@ -30,8 +33,19 @@ pub struct NeedleSettings {
     pub friction_ratio: f64,
     /// Stiffness-proportional damping of the rod, s.
     pub damping: f64,
+    /// A bend that it has by nature.
+    pub bend: Option<NaturalBend>,
     /// Factors of the friction along the needle: from a distance to the tip (m) on, ascending; one where there is none.
     pub friction_factors: Vec<(f64, f64)>,
+}
+
+/// A natural curvature that begins at a distance from the tip: a pre-bent needle.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct NaturalBend {
+    /// Curvature towards the direction of the bevel, or away from it, 1/m.
+    pub curvature: f64,
+    /// Length of the needle that is bent, from the tip, m.
+    pub length: f64,
 }
 
 impl NeedleSettings {
@@ -55,8 +69,58 @@ impl NeedleSettings {
             bevel: 0.0,
             friction_ratio: 1.0,
             damping: 0.0,
+            bend: None,
             friction_factors: Vec::new(),
         })
+    }
+
+    /// The needle at rest, free of force, in a sleeve that holds its first edge.
+    ///
+    /// # Errors
+    /// [`InsertionError::Setting`] names what makes no sense; [`InsertionError::Rod`].
+    pub fn shaft(&self) -> Result<Shaft, InsertionError> {
+        let refuse = |name, value, expected| Err(InsertionError::Setting { name, value, expected });
+        let positive = |x: f64| x > 0.0 && x.is_finite();
+        if !positive(self.length) {
+            return refuse("needle.length", self.length, "a positive length, m");
+        }
+        if !(positive(self.edge) && self.edge <= self.length) {
+            return refuse("needle.edge", self.edge, "a positive length up to that of the needle, m");
+        }
+        if self.bevel.is_nan() || self.bevel.abs() >= 1.2 {
+            return refuse("needle.bevel", self.bevel, "an angle between -1.2 and 1.2 rad");
+        }
+        if !(self.damping >= 0.0 && self.damping.is_finite()) {
+            return refuse("needle.damping", self.damping, "zero or more, s");
+        }
+        if let Some((_, factor)) = self.friction_factors.iter().find(|(_, f)| !(*f >= 0.0 && f.is_finite())) {
+            return refuse("needle.friction_factors", *factor, "zero or more");
+        }
+        let direction = unit_or("needle.direction", &self.direction)?;
+        let across = unit_or("needle.bevel_direction", &self.bevel_direction)?;
+        let along: f64 = (0..3).map(|i| across[i] * direction[i]).sum();
+        let director: [f64; 3] = std::array::from_fn(|i| across[i] - along * direction[i]);
+        let director = unit_or("needle.bevel_direction less its part along needle.direction", &director)?;
+        let n_edges = (self.length / self.edge).round().max(1.0) as usize;
+        let edge = self.length / n_edges as f64;
+        let wrong = |error| InsertionError::Rod { needle: 0, error };
+        let mut rod = Rod::new(vec![edge; n_edges + 1], self.stiffness, self.linear_density).map_err(wrong)?;
+        if let Some(bend) = self.bend {
+            let turn = bend.curvature.abs() * edge;
+            if turn.is_nan() || turn > MOST_TURN {
+                return refuse("needle.bend.curvature", bend.curvature, "at most a radian for each edge, 1/m");
+            }
+            if !positive(bend.length) {
+                return refuse("needle.bend.length", bend.length, "a positive length, m");
+            }
+            // Inner node 1 is the mouth of the sleeve; the last one is an edge from the tip.
+            let to_tip = |node: usize| (n_edges + 1 - node) as f64 * edge;
+            let of = |node| if to_tip(node) <= bend.length * (1.0 + 1e-9) { [bend.curvature, 0.0] } else { [0.0; 2] };
+            rod.set_rest_curvatures(&(1..=n_edges).map(of).collect::<Vec<_>>()).map_err(wrong)?;
+        }
+        let x = at_rest(&rod, &self.base, edge, &direction, &director);
+        let zero = vec![0.0; x.len()];
+        Ok(Shaft { rod, v: zero.clone(), a: zero, x, director, damping: self.damping, nodes: Vec::new() })
     }
 }
 
@@ -96,41 +160,13 @@ pub struct Needle {
 
 impl Needle {
     pub(super) fn new(k: usize, id: NeedleId, settings: NeedleSettings) -> Result<Self, InsertionError> {
-        let refuse = |name, value, expected| Err(InsertionError::Setting { name, value, expected });
-        let positive = |x: f64| x > 0.0 && x.is_finite();
-        if !positive(settings.length) {
-            return refuse("needle.length", settings.length, "a positive length, m");
-        }
-        if !(positive(settings.edge) && settings.edge <= settings.length) {
-            return refuse("needle.edge", settings.edge, "a positive length up to that of the needle, m");
-        }
-        if settings.bevel.is_nan() || settings.bevel.abs() >= 1.2 {
-            return refuse("needle.bevel", settings.bevel, "an angle between -1.2 and 1.2 rad");
-        }
-        if !(settings.damping >= 0.0 && settings.damping.is_finite()) {
-            return refuse("needle.damping", settings.damping, "zero or more, s");
-        }
-        if let Some((_, factor)) = settings.friction_factors.iter().find(|(_, f)| !(*f >= 0.0 && f.is_finite())) {
-            return refuse("needle.friction_factors", *factor, "zero or more");
-        }
-        let direction = unit_or("needle.direction", &settings.direction)?;
-        let across = unit_or("needle.bevel_direction", &settings.bevel_direction)?;
-        let along: f64 = (0..3).map(|i| across[i] * direction[i]).sum();
-        let director: [f64; 3] = std::array::from_fn(|i| across[i] - along * direction[i]);
-        let director = unit_or("needle.bevel_direction less its part along needle.direction", &director)?;
-        let n_edges = (settings.length / settings.edge).round().max(1.0) as usize;
-        let edge = settings.length / n_edges as f64;
-        let rod = Rod::new(vec![edge; n_edges + 1], settings.stiffness, settings.linear_density)
-            .map_err(|error| InsertionError::Rod { needle: k, error })?;
+        let shaft = settings.shaft().map_err(|error| match error {
+            InsertionError::Rod { error, .. } => InsertionError::Rod { needle: k, error },
+            error => error,
+        })?;
+        let edge = shaft.rod.rest_lengths()[0];
         let edges = EdgeLimits::from_initial(edge, edge)
             .map_err(|error| InsertionError::Reparameterise { needle: k, error })?;
-        let x: Vec<f64> = (0..n_edges + 2)
-            .flat_map(|i| (0..3).map(move |k| (i as f64 - 1.0, k)))
-            .map(|(i, k)| settings.base[k] + i * edge * direction[k])
-            .collect();
-        let zero = vec![0.0; x.len()];
-        let damping = settings.damping;
-        let shaft = Shaft { rod, v: zero.clone(), a: zero, x, director, damping, nodes: Vec::new() };
         Ok(Self {
             settings,
             shaft,
@@ -178,6 +214,21 @@ impl Needle {
         };
         SleeveMotion { place: [place(0), place(1)], velocity: motion.sleeve }
     }
+}
+
+/// Places of the nodes without any force: straight, or bent in the plane of the base's first director.
+fn at_rest(rod: &Rod, base: &[f64; 3], edge: f64, direction: &[f64; 3], director: &[f64; 3]) -> Vec<f64> {
+    let place =
+        |x: &[f64; 2]| -> [f64; 3] { std::array::from_fn(|k| base[k] + x[0] * direction[k] + x[1] * director[k]) };
+    let (mut at, mut angle): ([f64; 2], f64) = ([0.0; 2], 0.0);
+    let mut x: Vec<f64> = [place(&[-edge, 0.0]), place(&at)].concat();
+    for [curvature, _] in rod.rest_curvatures() {
+        // The turn at a node of a rod in equilibrium, where its curvature is 2 tan(turn / 2) over the length of an edge.
+        angle += 2.0 * (0.5 * curvature * edge).atan();
+        at = [at[0] + edge * angle.cos(), at[1] + edge * angle.sin()];
+        x.extend(place(&at));
+    }
+    x
 }
 
 fn unit_or(name: &'static str, v: &[f64; 3]) -> Result<[f64; 3], InsertionError> {

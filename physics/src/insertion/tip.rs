@@ -1,6 +1,6 @@
 //! The tip in the mesh: entry, cutting on, withdrawing. After each the mesh has a node at the tip and edges along the needle.
 
-use super::entry::{Contact, contact};
+use super::entry::{Contact, contact, entered};
 use super::{Insertion, InsertionError, Needle};
 use crate::coupling::{CouplingNode, SlipLimits, SlipState, difference, inner, length, set_triple, triple, unit};
 use crate::material::Hyperelastic;
@@ -14,6 +14,9 @@ use stylet_solver::subspace::Constraint;
 const BEFORE: f64 = 1e-3;
 /// How far behind the skin it asks to be: below what the remesher takes for the skin itself.
 const BEHIND: f64 = 2e-7;
+/// Shortest edge from the skin to a tip, in edges of the cells there; what is shorter makes slivers. At 20 mm/s and edges of
+/// 6 mm it is a little less than a frame of 20 ms.
+const SHORTEST: f64 = 0.05;
 /// Where the region ahead of a node is looked up, in edges.
 const AHEAD: f64 = 1e-3;
 
@@ -27,17 +30,21 @@ pub(super) struct TipMove {
 }
 
 impl<M: Hyperelastic<3>> Insertion<M> {
-    /// A tip that was at `before` and is outside: whether it has met the skin. If so it gets a node there.
-    pub(super) fn meet(&mut self, k: usize, before: &[f64; 3]) -> Result<TipMove, InsertionError> {
+    /// A tip that was at `before`, in a body with the displacement `was`, and has no node: whether it has met the skin. If so it
+    /// gets a node there.
+    pub(super) fn meet(&mut self, k: usize, before: &[f64; 3], was: &[f64]) -> Result<TipMove, InsertionError> {
         let tip = self.needles[k].shaft.tip();
-        // The skin moves as well: what the tip has not met on its way may have come to it from ahead.
         let tangent = self.needles[k].shaft.tangent(self.needles[k].shaft.n_nodes() - 1);
         let back = 0.5 * self.integrator.settings().reach;
         let behind = std::array::from_fn(|i| tip[i] - back * tangent[i]);
-        let met = contact(&self.mesh, &self.state.u, before, &tip);
-        let Some(contact) = met.or_else(|| contact(&self.mesh, &self.state.u, &behind, &tip)) else {
-            return Ok(TipMove::default());
-        };
+        let u = &self.state.u;
+        // Another needle may have changed the mesh since.
+        let was = if was.len() == u.len() { was } else { u };
+        // A needle before the skin that is grown or turned has not moved there; and a body that recoils may leave it inside.
+        let met = contact(&self.mesh, [was, u], before, &tip)
+            .or_else(|| contact(&self.mesh, [u, u], &behind, &tip))
+            .or_else(|| entered(&self.mesh, u, &tip, &tangent));
+        let Some(contact) = met else { return Ok(TipMove::default()) };
         let Contact { material, inwards, edge, .. } = contact;
         let off = |by: f64| std::array::from_fn(|i| material[i] + by * edge * inwards[i]);
         let id = self.needles[k].id;
@@ -56,9 +63,32 @@ impl<M: Hyperelastic<3>> Insertion<M> {
             drag: 0.0,
         };
         self.place_vertex(vertex, &tip);
-        self.needles[k].shaft.nodes.push(node);
+        // It moves with the tip from now on: an impact of what little mass it has.
+        let last = self.needles[k].shaft.n_nodes() - 1;
+        let Needle { shaft, .. } = &mut self.needles[k];
+        set_triple(&mut self.state.v, vertex.index(), &triple(&shaft.v, last));
+        set_triple(&mut self.state.a, vertex.index(), &triple(&shaft.a, last));
+        shaft.nodes.push(node);
         self.check_disjoint(k)?;
         Ok(TipMove { remeshed: true, blocked: false })
+    }
+
+    /// Whether a tip at the skin that slides by `slip` would leave an edge behind it that is much shorter than its cells.
+    pub(super) fn is_too_near(&mut self, k: usize, slip: f64) -> bool {
+        let [node] = &self.needles[k].shaft.nodes[..] else { return false };
+        self.mesh.star(VertexId(node.vertex), &mut self.star);
+        let longest = self.star.iter().map(|&cell| self.mesh.longest_edge(cell)).fold(f64::INFINITY, f64::min);
+        slip < SHORTEST * longest
+    }
+
+    /// Keeps a tip at the skin, which it dents further: as the skin recoils, it slides by more in the next step.
+    pub(super) fn dent(&mut self, k: usize) -> TipMove {
+        let Needle { shaft, .. } = &self.needles[k];
+        if let Some(tip) = shaft.nodes.last() {
+            let (vertex, world) = (VertexId(tip.vertex), shaft.tip());
+            self.place_vertex(vertex, &world);
+        }
+        TipMove::default()
     }
 
     /// A tip in the tissue that has slid by `slip` along the needle: brings a node of the mesh to where it is, and changes the

@@ -170,6 +170,12 @@ impl Rod {
         &self.rest_curvatures
     }
 
+    /// Whether the rod has no natural curvature; then frames do not matter to bending, and without torques along it twist is even.
+    #[must_use]
+    pub fn is_naturally_straight(&self) -> bool {
+        !self.curved
+    }
+
     /// Sets the angles of all edges, rad.
     ///
     /// # Errors

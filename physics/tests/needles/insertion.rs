@@ -4,33 +4,33 @@ use stylet_mesh::generate::kuhn_box;
 use stylet_mesh::{CellId, VertexId};
 use stylet_physics::body::{Body, Density, MassKind};
 use stylet_physics::coupling::{CoupledSettings, CouplingMethod, SearchSettings, SlipState};
-use stylet_physics::dynamics::{DynamicsSettings, Scheme};
+use stylet_physics::dynamics::DynamicsSettings;
 use stylet_physics::insertion::{
     BaseMotion, Insertion, InsertionError, InsertionReport, NeedleSettings, UniformInteraction,
 };
 use stylet_physics::material::FixedCorotated;
-use stylet_physics::rod::Tangent;
 use stylet_solver::subspace::{Constraint, Subspace};
 use stylet_solver::team::Team;
 
-type Block = Insertion<FixedCorotated>;
+pub type Block = Insertion<FixedCorotated>;
 
-const SIDE: f64 = 0.06;
+pub const SIDE: f64 = 0.06;
 
 /// A block of gel of 6 cm, held everywhere but where the needle comes in.
 #[derive(Clone, Copy)]
-struct SetUp {
-    cells: usize,
-    young: f64,
-    dt: f64,
-    tolerance: f64,
-    method: CouplingMethod,
-    interaction: UniformInteraction,
-    threads: usize,
+pub struct SetUp {
+    pub cells: usize,
+    pub young: f64,
+    pub dt: f64,
+    pub tolerance: f64,
+    pub method: CouplingMethod,
+    pub interaction: UniformInteraction,
+    pub threads: usize,
+    pub implicit_twist: bool,
 }
 
 impl SetUp {
-    fn new() -> Self {
+    pub fn new() -> Self {
         Self {
             cells: 5,
             young: 15e3,
@@ -39,10 +39,11 @@ impl SetUp {
             method: CouplingMethod::NullSpace,
             interaction: UniformInteraction { friction: 12.0, viscosity: 200.0, cutting: 0.2 },
             threads: 1,
+            implicit_twist: false,
         }
     }
 
-    fn build(&self) -> Block {
+    pub fn build(&self) -> Block {
         let n = self.cells;
         let mesh = kuhn_box::<3, 4>([0.0; 3], [SIDE; 3], [n, n, n]).unwrap();
         let mut body = Body::new(&mesh, FixedCorotated::from_young_poisson(self.young, 0.45).unwrap(), 1.0).unwrap();
@@ -64,10 +65,8 @@ impl SetUp {
                 ..SearchSettings::default()
             },
             coupling: self.method,
-            tangent: Tangent::GaussNewton,
-            needle_scheme: Scheme::BackwardEuler,
-            reach: 0.2 * SIDE / n as f64,
-            gravity: [0.0; 3],
+            implicit_twist: self.implicit_twist,
+            ..CoupledSettings::new(self.dt, 0.2 * SIDE / n as f64)
         };
         let team = if self.threads == 1 { Team::serial() } else { Team::new(self.threads) };
         body.set_team(&team);
@@ -76,15 +75,15 @@ impl SetUp {
 }
 
 /// A wire 2 mm before the skin.
-fn wire(y: f64, z: f64) -> NeedleSettings {
+pub fn wire(y: f64, z: f64) -> NeedleSettings {
     NeedleSettings::nitinol([-0.102, y, z], [1.0, 0.0, 0.0]).unwrap()
 }
 
-fn push(block: &mut Block, speed: f64, dt: f64, steps: usize) -> InsertionReport {
+pub fn push(block: &mut Block, speed: f64, dt: f64, steps: usize) -> InsertionReport {
     turn(block, BaseMotion { insert: speed, ..BaseMotion::default() }, dt, steps)
 }
 
-fn turn(block: &mut Block, motion: BaseMotion, dt: f64, steps: usize) -> InsertionReport {
+pub fn turn(block: &mut Block, motion: BaseMotion, dt: f64, steps: usize) -> InsertionReport {
     let mut last = InsertionReport::default();
     for _ in 0..steps {
         last = block.step(&[motion], dt).unwrap();

@@ -4,6 +4,7 @@
 mod support;
 
 mod insertion;
+mod prebent;
 mod rod_angles;
 mod rod_buckling;
 mod rod_derivatives;

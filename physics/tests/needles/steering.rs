@@ -4,11 +4,10 @@
 use stylet_mesh::SimplexMesh;
 use stylet_mesh::generate::mirrored_kuhn_box;
 use stylet_physics::body::{Body, Density, MassKind};
-use stylet_physics::coupling::{CoupledSettings, CouplingMethod, SearchSettings};
-use stylet_physics::dynamics::{DynamicsSettings, Scheme};
+use stylet_physics::coupling::CoupledSettings;
 use stylet_physics::insertion::{BaseMotion, Insertion, NeedleSettings, UniformInteraction};
 use stylet_physics::material::{FixedCorotated, Lame, Viscosity};
-use stylet_physics::rod::{RodStiffness, Tangent};
+use stylet_physics::rod::RodStiffness;
 use stylet_solver::subspace::{Constraint, Subspace};
 use stylet_solver::team::Team;
 
@@ -51,15 +50,7 @@ impl Push {
                 held.set(node, Constraint::Fixed).unwrap();
             }
         }
-        let settings = CoupledSettings {
-            dynamics: DynamicsSettings::new(self.dt),
-            search: SearchSettings::default(),
-            coupling: CouplingMethod::NullSpace,
-            tangent: Tangent::GaussNewton,
-            needle_scheme: Scheme::BackwardEuler,
-            reach: 0.3 * BOX[2] / self.cells as f64,
-            gravity: [0.0; 3],
-        };
+        let settings = CoupledSettings::new(self.dt, 0.3 * BOX[2] / self.cells as f64);
         let forces = UniformInteraction { friction: self.friction, viscosity: 0.0, cutting: self.cutting };
         let mut block = Insertion::new(mesh, body, held, settings, forces, [0.0; 3], &Team::serial()).unwrap();
         let wire = NeedleSettings::nitinol(START, [1.0, 0.0, 0.0]).unwrap();

@@ -22,7 +22,7 @@ const ANGLES: (f64, f64) = (8.0, 165.0);
 /// Relative change of the volume.
 const VOLUME: f64 = 1e-12;
 
-pub(super) fn run(options: &BenchOptions, say: &mut dyn FnMut(&str), report: &mut Report) {
+pub(in crate::stability) fn run(options: &BenchOptions, say: &mut dyn FnMut(&str), report: &mut Report) {
     let cycles = if options.quick { 5 } else { 1000 };
     for (name, random) in [("J6 one path", false), ("J6 random paths", true)] {
         if options.stopped() {

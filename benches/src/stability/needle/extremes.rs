@@ -17,7 +17,7 @@ const HELD: usize = 20;
 /// Most mm between a node of the needle and its node of the tissue.
 const GAP: f64 = 1e-9;
 
-pub(super) fn run(options: &BenchOptions, say: &mut dyn FnMut(&str), report: &mut Report) {
+pub(in crate::stability) fn run(options: &BenchOptions, say: &mut dyn FnMut(&str), report: &mut Report) {
     let mut failed = 0;
     for factor in STEPS {
         for speed in SPEEDS {

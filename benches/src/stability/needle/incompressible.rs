@@ -18,7 +18,7 @@ const SETTLED: usize = 100;
 /// Change of the whole volume, %, and growth of the spread of J between then and the end, that pass.
 const LIMITS: (f64, f64) = (1.0, 1.05);
 
-pub(super) fn run(options: &BenchOptions, say: &mut dyn FnMut(&str), report: &mut Report) {
+pub(in crate::stability) fn run(options: &BenchOptions, say: &mut dyn FnMut(&str), report: &mut Report) {
     let (cells, steps) = if options.quick { (4, 400) } else { (6, 10_000) };
     for model in MODELS {
         if options.stopped() {

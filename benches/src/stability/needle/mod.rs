@@ -1,16 +1,16 @@
 //! What a flexible needle in tissue survives: near incompressibility, thousands of insertions, steps and speeds of all sizes,
 //! violence, friction from nothing to infinity, degenerate paths, threads (J5 to J10, J12).
 
-mod endurance;
-mod extremes;
-mod incompressible;
-mod paths;
-mod threads;
-mod violence;
+pub(super) mod endurance;
+pub(super) mod extremes;
+pub(super) mod incompressible;
+pub(super) mod paths;
+pub(super) mod threads;
+pub(super) mod violence;
 
 use super::{DENSITY, SIDE, YOUNG, largest};
 use crate::insertion::setup::{Layers, Leg, Scene, Stuff, Tissue, distance, wire};
-use crate::{BenchOptions, Report};
+
 use stylet_mesh::VertexId;
 use stylet_physics::insertion::{Insertion, UniformInteraction};
 use stylet_physics::material::Solid;
@@ -23,23 +23,6 @@ const FORCES: UniformInteraction = UniformInteraction { friction: 12.0, viscosit
 const ENTRY: [f64; 3] = [0.0, 0.0513, 0.0491];
 /// A motion is bounded while nothing is displaced by more than this many sides.
 const BOUNDED: f64 = 5.0;
-
-pub(super) fn run(options: &BenchOptions, say: &mut dyn FnMut(&str), report: &mut Report) {
-    for part in [
-        incompressible::run,
-        endurance::run,
-        extremes::run,
-        violence::run,
-        violence::friction,
-        paths::run,
-        threads::run,
-    ] {
-        if options.stopped() {
-            return;
-        }
-        part(options, say, report);
-    }
-}
 
 /// A wire before a cube that is held opposite to the entry.
 fn scene(cells: usize, poisson: f64, within: UniformInteraction, legs: Vec<Leg>) -> Scene {

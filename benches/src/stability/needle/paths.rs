@@ -39,7 +39,7 @@ const PATHS: [Path; 9] = [
     Path { what: "out at the back", tip: [0.051, -0.002, 0.049], direction: [0.0, 1.0, 0.0], way: 0.12 },
 ];
 
-pub(super) fn run(options: &BenchOptions, say: &mut dyn FnMut(&str), report: &mut Report) {
+pub(in crate::stability) fn run(options: &BenchOptions, say: &mut dyn FnMut(&str), report: &mut Report) {
     let mut failed = 0;
     for path in &PATHS {
         if options.stopped() {

@@ -9,7 +9,7 @@ use stylet_solver::team::Team;
 /// The first is run again at the end.
 const THREADS: [usize; 4] = [1, 2, 8, 1];
 
-pub(super) fn run(options: &BenchOptions, say: &mut dyn FnMut(&str), report: &mut Report) {
+pub(in crate::stability) fn run(options: &BenchOptions, say: &mut dyn FnMut(&str), report: &mut Report) {
     // Large enough that threads share the work.
     let (cells, cycles) = if options.quick { (8, 1) } else { (8, 5) };
     let name = named("J12 1, 2, 8 threads, flexible needle", "fixed-corotated", 0.45);

@@ -29,7 +29,7 @@ const LENGTH: f64 = 1.0;
 const NOTHING: f64 = 1e-9;
 const TRIALS: usize = 10;
 
-pub(super) fn run(options: &BenchOptions, say: &mut dyn FnMut(&str), report: &mut Report) {
+pub(in crate::stability) fn run(options: &BenchOptions, say: &mut dyn FnMut(&str), report: &mut Report) {
     let cells = if options.quick { 4 } else { 6 };
     let mut failed = 0;
     let mut add = |report: &mut Report, row: Row| {
@@ -206,7 +206,7 @@ fn step(run: &mut Insertion<Solid>, motion: BaseMotion, dt: f64, watch: &mut Wat
 }
 
 /// J9.
-pub(super) fn friction(options: &BenchOptions, say: &mut dyn FnMut(&str), report: &mut Report) {
+pub(in crate::stability) fn friction(options: &BenchOptions, say: &mut dyn FnMut(&str), report: &mut Report) {
     let cells = if options.quick { 4 } else { 6 };
     let mut failed = 0;
     for friction in [0.0, ENDLESS] {
