@@ -13,7 +13,6 @@ mod materials3d;
 mod mesh;
 mod page;
 mod published;
-mod random;
 mod report;
 mod solvers;
 mod speed;

@@ -52,6 +52,7 @@
 //! | `relocate` | moved vertices |
 //! | [`remesh`] | vertices and edges along a needle, and the way back |
 //! | [`quality`], `invariants` | angles, shapes, histograms; what must hold |
+//! | [`random`] | a generator of pseudo-random numbers |
 //! | [`check`] | every fault of points and cells as arrays, by ids; repair |
 //! | `state`, [`io`], [`import`] | serial form, files, and meshes from what they hold |
 
@@ -75,6 +76,7 @@ mod longest_edge;
 mod manifold;
 mod node;
 pub mod quality;
+pub mod random;
 mod recorder;
 mod refine;
 mod relocate;

@@ -13,6 +13,7 @@ use std::ops::ControlFlow;
 use std::time::Instant;
 use stylet_anatomy::plan::{Effort, Plan, built_in};
 use stylet_mesh::generate::kuhn_box;
+use stylet_mesh::random::SplitMix64;
 use stylet_mesh::remesh::{Motion, NeedleId, Outcome, Remesher};
 use stylet_mesh::{CellId, MeshChange, SimplexMesh, VertexId, quality};
 
@@ -135,7 +136,7 @@ impl Seen {
 
 fn run(case: &Case, seed: u64, seen: &mut Seen) {
     let (mut mesh, mut remesher, start) = (case.mesh.clone(), Remesher::new(), &case.mesh);
-    let mut random = SplitMix(seed);
+    let mut random = SplitMix64::new(seed);
     let entry = case.entry.map(|x| x + case.aside * (2.0 * random.unit() - 1.0));
     let lowest = start.points().iter().map(|x| x[0]).fold(f64::INFINITY, f64::min);
     let mut tip = [lowest - 1e-5, entry[0], entry[1]];
@@ -304,18 +305,4 @@ fn tell(mesh: &SimplexMesh<3, 4>, remesher: &Remesher<3, 4>, needle: NeedleId, c
         words.push(format!("[{} {node} {skin} r{}]", v.0, regions.len()));
     }
     words.join(" ")
-}
-
-/// SplitMix64 (Steele, Lea & Flood 2014).
-struct SplitMix(u64);
-
-impl SplitMix {
-    /// Uniform in `0..1`.
-    fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
-    }
 }

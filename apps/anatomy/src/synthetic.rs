@@ -6,6 +6,7 @@
 
 use std::f64::consts::TAU;
 use stylet_mesh::generate::contours::{Drawing, PlanarContour};
+use stylet_mesh::random::SplitMix64;
 
 /// Distance of the slices, mm.
 const SLICE: f64 = 5.0;
@@ -19,7 +20,7 @@ const TWICE: f64 = 60.0;
 
 /// Urethra, prostate, rectum and pubic bone, in this order of precedence; another seed makes another patient.
 pub fn study(seed: u64) -> Vec<Drawing> {
-    let mut hand = Hand(seed);
+    let mut hand = Hand(SplitMix64::new(seed));
     let organs: [(&str, Outlines, [i32; 2]); 4] = [
         ("urethra", urethra(&mut hand), [-7, 6]),
         ("prostate", prostate(&mut hand), [-4, 4]),
@@ -170,17 +171,13 @@ fn pixel(mm: f64) -> f64 {
     (mm / PIXEL).round() * (PIXEL * 1e3).round() / 1e3
 }
 
-/// Random numbers, by SplitMix64 (Steele, Lea & Flood 2014).
-struct Hand(u64);
+/// Who draws: no two clicks are alike.
+struct Hand(SplitMix64);
 
 impl Hand {
     /// Uniform in `0..1`.
     fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+        self.0.unit()
     }
 
     /// Uniform within `range` around one.

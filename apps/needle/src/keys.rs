@@ -5,9 +5,9 @@ use stylet_scene::{Bound, Column, Key, Kind, Row, Stage, Table, Value, Words, ke
 
 impl Words for Model {
     const WORDS: &'static [(&'static str, Self)] = &[
-        ("linear", Self::Linear),
-        ("st-venant-kirchhoff", Self::StVenantKirchhoff),
-        ("neo-hookean", Self::NeoHookean),
+        (Self::Linear.name(), Self::Linear),
+        (Self::StVenantKirchhoff.name(), Self::StVenantKirchhoff),
+        (Self::NeoHookean.name(), Self::NeoHookean),
     ];
 }
 

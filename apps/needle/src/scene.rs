@@ -147,6 +147,18 @@ pub enum Model {
     NeoHookean,
 }
 
+impl Model {
+    /// Its name, one of [`Solid::MODELS`](stylet_physics::material::Solid::MODELS).
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Linear => "linear",
+            Self::StVenantKirchhoff => "st-venant-kirchhoff",
+            Self::NeoHookean => "neo-hookean",
+        }
+    }
+}
+
 /// `[material]`
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct MaterialStage {

@@ -6,7 +6,7 @@ use crate::history::{CycleRow, columns, depth_and_force};
 use crate::insertion::Insertion;
 use crate::needle::Needle;
 use crate::picture;
-use crate::scene::{MaterialStage, Model, Scene, Tissue};
+use crate::scene::{MaterialStage, Scene, Tissue};
 use crate::shaft::Hold;
 use crate::slab::Slab;
 use crate::stages::Stages;
@@ -16,9 +16,7 @@ use crate::tip::find_in_reference;
 use std::path::Path;
 use std::time::Instant;
 use stylet_mesh::{SimplexMesh, VertexId, quality};
-use stylet_physics::material::{
-    Hyperelastic, Linear, MaterialError, NeoHookean, PlaneStress, Solid, StVenantKirchhoff,
-};
+use stylet_physics::material::{Hyperelastic, PlaneStress, Solid};
 use stylet_solver::sparse::BlockCsr;
 use stylet_tissue::Simulation as _;
 use stylet_tissue::history::{Columns, HistoryRow};
@@ -86,9 +84,9 @@ pub fn resume_cube(state: State<3, 4>, threads: usize) -> Result<Box<dyn Simulat
 /// type, whose kernels are compiled with it.
 fn open_slab(scene: &Scene, threads: usize, state: Option<State<2, 3>>) -> Result<Box<dyn Simulation>, NeedleError> {
     check(scene, Tissue::Slab)?;
-    match scene.material.model {
-        Model::Linear => Run::open(scene, PlaneStress::new(law(scene, Linear::from_young_poisson)?), threads, state),
-        model => Run::open(scene, PlaneStress::new(solid(scene, model)?), threads, state),
+    match law(scene)? {
+        Solid::Linear(law) => Run::open(scene, PlaneStress::new(law), threads, state),
+        law => Run::open(scene, PlaneStress::new(law), threads, state),
     }
 }
 
@@ -99,9 +97,9 @@ fn open_cube(
     state: Option<State<3, 4>>,
 ) -> Result<Box<dyn Simulation<3, 4>>, NeedleError> {
     check(scene, Tissue::Cube)?;
-    match scene.material.model {
-        Model::Linear => Run::open(scene, law(scene, Linear::from_young_poisson)?, threads, state),
-        model => Run::open(scene, solid(scene, model)?, threads, state),
+    match law(scene)? {
+        Solid::Linear(law) => Run::open(scene, law, threads, state),
+        law => Run::open(scene, law, threads, state),
     }
 }
 
@@ -114,20 +112,11 @@ fn check(scene: &Scene, expected: Tissue) -> Result<(), NeedleError> {
     Err(NeedleError::Inconsistent { source_name: scene.name.clone(), reason })
 }
 
-/// A law with the moduli of a scene.
-fn law<M>(scene: &Scene, from_young_poisson: fn(f64, f64) -> Result<M, MaterialError>) -> Result<M, NeedleError> {
-    let MaterialStage { young, poisson, .. } = scene.material;
-    from_young_poisson(young, poisson)
+/// The law of a scene.
+fn law(scene: &Scene) -> Result<Solid, NeedleError> {
+    let MaterialStage { model, young, poisson } = scene.material;
+    Solid::from_young_poisson(model.name(), young, poisson)
         .map_err(|e| NeedleError::Inconsistent { source_name: scene.name.clone(), reason: e.to_string() })
-}
-
-/// The nonlinear law of a scene.
-fn solid(scene: &Scene, model: Model) -> Result<Solid, NeedleError> {
-    Ok(match model {
-        Model::Linear => Solid::Linear(law(scene, Linear::from_young_poisson)?),
-        Model::StVenantKirchhoff => Solid::StVenantKirchhoff(law(scene, StVenantKirchhoff::from_young_poisson)?),
-        Model::NeoHookean => Solid::NeoHookean(law(scene, NeoHookean::from_young_poisson)?),
-    })
 }
 
 /// What a scene with a needle does.

@@ -195,7 +195,7 @@ fn shaped(scene: &Scene, shape: &str) -> Result<Geometry, String> {
         .map(|(organ, region)| Region {
             name: organ.name.clone(),
             fixed: organ.fixed,
-            material: organ.material.clone(),
+            material: organ.material.clone().or(&shapes.background),
             solid: Some(region.solid.clone()),
         })
         .collect();

@@ -14,7 +14,7 @@ pub struct Scene {
     pub folder: PathBuf,
     /// The tissue's mesh.
     pub mesh: MeshStage,
-    /// What no region says.
+    /// What neither a region nor the shape says.
     pub material: MaterialStage,
     /// Materials by region.
     pub regions: Vec<Row>,
@@ -64,25 +64,33 @@ impl Default for MeshStage {
     }
 }
 
-/// `[material]`
-#[derive(Clone, PartialEq, Debug)]
+/// `[material]`: what the scene says itself, so that what is said to no effect can be refused.
+#[derive(Clone, PartialEq, Debug, Default)]
 pub struct MaterialStage {
-    /// Constitutive law.
-    pub model: String,
-    /// Young's modulus, Pa.
-    pub young: f64,
-    /// Poisson's ratio.
-    pub poisson: f64,
-    /// Density, kg/m^3.
-    pub density: f64,
-    /// Viscosity over elasticity, s.
-    pub damping_time: f64,
+    /// Constitutive law; left out: [`MODEL`](Self::MODEL).
+    pub model: Option<String>,
+    /// Young's modulus, Pa; left out: [`YOUNG`](Self::YOUNG).
+    pub young: Option<f64>,
+    /// Poisson's ratio; left out: [`POISSON`](Self::POISSON).
+    pub poisson: Option<f64>,
+    /// Density, kg/m^3; left out: [`DENSITY`](Self::DENSITY).
+    pub density: Option<f64>,
+    /// Viscosity over elasticity, s; left out: [`DAMPING_TIME`](Self::DAMPING_TIME).
+    pub damping_time: Option<f64>,
 }
 
-impl Default for MaterialStage {
-    fn default() -> Self {
-        Self { model: "fixed-corotated".into(), young: 15e3, poisson: 0.45, density: 1000.0, damping_time: 0.01 }
-    }
+/// What a tissue is made of where nothing says otherwise.
+impl MaterialStage {
+    /// Constitutive law.
+    pub const MODEL: &'static str = "fixed-corotated";
+    /// Young's modulus, Pa.
+    pub const YOUNG: f64 = 15e3;
+    /// Poisson's ratio.
+    pub const POISSON: f64 = 0.45;
+    /// Density, kg/m^3.
+    pub const DENSITY: f64 = 1000.0;
+    /// Viscosity over elasticity, s.
+    pub const DAMPING_TIME: f64 = 0.01;
 }
 
 /// `[support]`

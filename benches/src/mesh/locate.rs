@@ -1,9 +1,9 @@
 //! Location of random points in uniformly refined meshes, and in start meshes of the same size.
 
 use super::times;
-use crate::random::SplitMix64;
 use crate::timing::median;
 use crate::{BenchOptions, Figure, Numbers, Report, Row};
+use stylet_mesh::random::SplitMix64;
 use stylet_mesh::{MeshChange, SimplexMesh, generate::kuhn_box};
 
 const POINTS: usize = 200_000;
@@ -81,6 +81,6 @@ fn row(report: &mut Report, case: &str, method: &str, cells: usize, seconds: f64
 
 /// Random points in the unit box, the same on every run.
 fn points<const D: usize>() -> Vec<[f64; D]> {
-    let mut random = SplitMix64(1);
+    let mut random = SplitMix64::new(1);
     (0..POINTS).map(|_| std::array::from_fn(|_| random.unit())).collect()
 }

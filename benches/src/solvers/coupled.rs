@@ -3,8 +3,8 @@
 use super::grid::TARGET;
 use super::methods::settings;
 use super::systems::{Case, SIDE, cube};
-use crate::random::SplitMix64;
 use crate::{BenchOptions, Figure, Numbers, Report, Row};
+use stylet_mesh::random::SplitMix64;
 use stylet_solver::linear::{CgWorkspace, NullSpace, NullSpaceWorkspace, null_space_cg, projected_cg};
 use stylet_solver::precondition::BlockJacobi;
 use stylet_solver::sparse::{BlockCsr, Frozen};
@@ -83,8 +83,8 @@ fn one(case: &Case, dt: Option<f64>) -> Row {
 /// All sticking, all sliding, and mixtures.
 fn patterns(n: usize) -> Vec<Vec<Constraint<3>>> {
     let sliding = Constraint::Line([1.0, 0.0, 0.0]);
-    let mut random = SplitMix64(11);
-    let mut mixed = || match random.next() % 5 {
+    let mut random = SplitMix64::new(11);
+    let mut mixed = || match random.next_u64() % 5 {
         0 | 1 => Constraint::Fixed,
         2 | 3 => sliding,
         _ => Constraint::Free,

@@ -2,12 +2,12 @@
 
 use super::systems::{SIDE, assembled, jittered_cube, soft};
 use super::threads_text;
-use crate::random::SplitMix64;
 use crate::timing::{in_turns, median, ratio};
 use crate::{BenchOptions, Figure, Numbers, Report, Row};
 use std::cell::{Cell, RefCell};
 use std::hint::black_box;
 use stylet_mesh::SimplexMesh;
+use stylet_mesh::random::SplitMix64;
 use stylet_solver::LinearOperator;
 use stylet_solver::sparse::{BlockCsr, ElementBlocks, ElementContributions, Frozen};
 use stylet_solver::team::Team;
@@ -33,7 +33,7 @@ pub(super) fn run(options: &BenchOptions, say: &mut dyn FnMut(&str), report: &mu
     let patch = cells_near(&mesh, [0.5 * SIDE; 3]);
     cost(&mut body, &patch, &team, turns, report);
 
-    let mut random = SplitMix64(7);
+    let mut random = SplitMix64::new(7);
     for _ in 0..patches {
         let at = std::array::from_fn(|_| SIDE * random.unit());
         body.cut_and_mend(&cells_near(&mesh, at));

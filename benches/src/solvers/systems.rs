@@ -1,10 +1,10 @@
 //! The model systems: cubes of soft tissue that is clamped on one face and loaded by its weight and along its axis.
 
-use crate::random::SplitMix64;
 use faer::sparse::SparseColMat;
 use faer::sparse::linalg::solvers::SymbolicLlt;
 use std::sync::OnceLock;
 use stylet_mesh::generate::{kuhn_box, random_delaunay};
+use stylet_mesh::random::SplitMix64;
 use stylet_mesh::{CellId, MeshChange, SimplexMesh};
 use stylet_physics::body::Body;
 use stylet_physics::material::Linear;
@@ -78,7 +78,7 @@ pub(super) fn layered(poisson: f64) -> System {
 /// The mesh of [`cube`].
 pub(crate) fn jittered_cube(cells: usize) -> SimplexMesh<3, 4> {
     let straight = kuhn_box::<3, 4>([0.0; 3], [SIDE; 3], [cells; 3]).expect("a box");
-    let mut random = SplitMix64(4);
+    let mut random = SplitMix64::new(4);
     let step = JITTER * SIDE / cells as f64;
     let moved = |x: &[f64; 3]| {
         let inner = x.iter().all(|&c| c > 0.0 && c < SIDE);

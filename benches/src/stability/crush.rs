@@ -1,12 +1,12 @@
 //! A cube, held at the bottom, whose other nodes start at a point, on a plane, on a line, or anywhere in the box.
 
 use super::{DENSITY, POISSON, SIDE, YOUNG, largest, law};
-use crate::random::SplitMix64;
 use crate::{BenchOptions, Figure, Numbers, Report, Row};
 use rayon::prelude::*;
 use std::time::Instant;
 use stylet_mesh::SimplexMesh;
 use stylet_mesh::generate::kuhn_box;
+use stylet_mesh::random::SplitMix64;
 use stylet_physics::body::{Body, Density, MassKind};
 use stylet_physics::dynamics::{
     Adaptive, Damping, Drive, DynamicsError, DynamicsSettings, Integrator, Scheme, Solution,
@@ -272,7 +272,7 @@ fn is_bottom(x: &[f64; 3]) -> bool {
 
 /// The displacement of the crushed cube, m.
 pub(super) fn crushed(mesh: &SimplexMesh<3, 4>, crush: Crush) -> Vec<f64> {
-    let mut random = SplitMix64(match crush {
+    let mut random = SplitMix64::new(match crush {
         Crush::Scramble(seed) => seed,
         _ => 0,
     });

@@ -1,6 +1,6 @@
 //! Delaunay triangulations of random points in the unit cube.
 
-use crate::{MeshError, SimplexMesh, generate::kuhn_box, geometry};
+use crate::{MeshError, SimplexMesh, generate::kuhn_box, geometry, random::SplitMix64};
 
 /// Insertions that would make a cell flatter than this, in relative volume, are left out.
 const FLAT: f64 = 1e-3;
@@ -26,20 +26,11 @@ pub fn random_delaunay<const D: usize, const N: usize>(
     let cube = kuhn_box::<D, N>([0.0; D], [1.0; D], [1; D])?;
     let mut points = cube.points().to_vec();
     let mut cells: Vec<[u32; N]> = cube.cells().map(|c| cube.cell(c).map(|v| v.0)).collect();
-    let mut state = seed;
+    let mut random = SplitMix64::new(seed);
     for _ in 0..n_points {
-        insert(&mut points, &mut cells, std::array::from_fn(|_| unit(&mut state)));
+        insert(&mut points, &mut cells, std::array::from_fn(|_| random.unit()));
     }
     SimplexMesh::new(points, cells)
-}
-
-/// Uniform in `0..1` by SplitMix64 (Steele, Lea & Flood 2014).
-fn unit(state: &mut u64) -> f64 {
-    *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    let mut z = *state;
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
 }
 
 /// Inserts a point unless a cell would come out flat, or the cells that it sees would not fill the cavity.

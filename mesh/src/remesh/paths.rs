@@ -1,6 +1,7 @@
 //! Paths of a needle tip through a box, for tests and benches: straight, curved and random ones, each made from a seed.
 
 use crate::geometry::{dot, subtract};
+use crate::random::SplitMix64;
 use serde::{Deserialize, Serialize};
 
 /// The kinds of paths.
@@ -26,18 +27,18 @@ const CHORDS: usize = 100;
 ///
 /// `stride` is the distance after which a random path turns, a positive length; about a mean edge is apt.
 pub fn path<const D: usize>(kind: PathKind, lower: [f64; D], upper: [f64; D], stride: f64, seed: u64) -> Vec<[f64; D]> {
-    let mut random = SplitMix(seed);
+    let mut random = SplitMix64::new(seed);
     let size: [f64; D] = subtract(&upper, &lower);
     let extent = size.iter().fold(f64::INFINITY, |m: f64, &x| m.min(x));
     let mut at: [f64; D] = std::array::from_fn(|k| lower[k] + size[k] * (0.3 + 0.4 * random.unit()));
     at[D - 1] = upper[D - 1] + RUN_UP * extent;
     // Within a cone of 30 degrees around the inward normal.
-    let mut direction = random.direction::<D>();
+    let mut direction = random_direction::<D>(&mut random);
     direction[D - 1] = 0.0;
     direction = unit(direction).map(|x| x * (30_f64.to_radians() * random.unit()).tan());
     direction[D - 1] = -1.0;
     let mut direction = unit(direction);
-    let sideways = perpendicular(&direction, random.direction());
+    let sideways = perpendicular(&direction, random_direction(&mut random));
     let turn = 60_f64.to_radians() * random.unit();
     let length = extent * (0.5 + 0.3 * random.unit());
     let is_inside = |p: &[f64; D]| {
@@ -89,7 +90,7 @@ pub fn path<const D: usize>(kind: PathKind, lower: [f64; D], upper: [f64; D], st
                 at = next;
                 points.push(at);
                 let angle = 20_f64.to_radians() * random.unit();
-                let side = perpendicular(&direction, random.direction());
+                let side = perpendicular(&direction, random_direction(&mut random));
                 direction = unit(std::array::from_fn(|k| angle.cos() * direction[k] + angle.sin() * side[k]));
             }
         }
@@ -112,31 +113,13 @@ fn perpendicular<const D: usize>(u: &[f64; D], v: [f64; D]) -> [f64; D] {
     unit(std::array::from_fn(|k| v[k] - part * u[k]))
 }
 
-/// SplitMix64 (Steele, Lea & Flood 2014).
-struct SplitMix(u64);
-
-impl SplitMix {
-    fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    /// Uniform in `0..1`.
-    fn unit(&mut self) -> f64 {
-        (self.bits() >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    /// Uniform on the unit sphere, by rejection.
-    fn direction<const D: usize>(&mut self) -> [f64; D] {
-        loop {
-            let v: [f64; D] = std::array::from_fn(|_| 2.0 * self.unit() - 1.0);
-            let norm2 = dot(&v, &v);
-            if norm2 > 1e-4 && norm2 <= 1.0 {
-                return unit(v);
-            }
+/// Uniform on the unit sphere, by rejection.
+fn random_direction<const D: usize>(random: &mut SplitMix64) -> [f64; D] {
+    loop {
+        let v: [f64; D] = std::array::from_fn(|_| 2.0 * random.unit() - 1.0);
+        let norm2 = dot(&v, &v);
+        if norm2 > 1e-4 && norm2 <= 1.0 {
+            return unit(v);
         }
     }
 }

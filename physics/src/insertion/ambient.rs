@@ -1,6 +1,7 @@
 //! The deformation that the tip of a needle is carried by: that of the tissue around it, without the needle's own dent.
 
 use super::Insertion;
+use crate::body::Body;
 use crate::material::Hyperelastic;
 use nalgebra::Matrix3;
 use stylet_mesh::{CellId, SimplexMesh, VertexId};
@@ -24,25 +25,41 @@ impl<M: Hyperelastic<3>> Insertion<M> {
         let edge = cells.iter().map(|&cell| mesh.longest_edge(cell)).fold(0.0, f64::max);
         // Without stiffness there is no length but the edge.
         let radius = if bends.is_finite() { bends.max(LEAST * edge) } else { LEAST * edge };
-        let centre = mesh.point(vertex);
-        seen.clear();
-        seen.resize(mesh.n_slots(), false);
-        cells.iter().for_each(|cell| seen[cell.index()] = true);
-        let (mut sum, mut volume, mut next) = (Matrix3::zeros(), 0.0, 0);
-        while let Some(&cell) = cells.get(next) {
-            next += 1;
-            let weight = 1.0 - distance_squared(mesh, cell, &centre) / (radius * radius);
-            if weight <= 0.0 {
-                continue;
-            }
-            let part = weight * weight * mesh.volume(cell);
-            sum += part * self.body.deformation_gradient(cell, &self.state.u)?;
-            volume += part;
-            let neighbours = (0..4).filter_map(|facet| mesh.neighbor(cell, facet));
-            cells.extend(neighbours.filter(|cell| !std::mem::replace(&mut seen[cell.index()], true)));
+        if seen.len() < mesh.n_slots() {
+            seen.resize(mesh.n_slots(), false);
         }
-        (volume > 0.0).then(|| sum / volume)
+        let mean = mean_within(&self.body, mesh, &self.state.u, (&mesh.point(vertex), radius), cells, seen);
+        // Only what has been seen is forgotten: the cost follows the radius, not the mesh.
+        cells.iter().for_each(|cell| seen[cell.index()] = false);
+        mean
     }
+}
+
+/// The weighted mean of the deformation gradient in a ball around a place. The search goes from neighbour to neighbour:
+/// `cells` are those to begin with, and all that were looked at in the end, which are the ones marked in `seen`.
+fn mean_within<M: Hyperelastic<3>>(
+    body: &Body<3, 4, M>,
+    mesh: &SimplexMesh<3, 4>,
+    u: &[f64],
+    (centre, radius): (&[f64; 3], f64),
+    cells: &mut Vec<CellId>,
+    seen: &mut [bool],
+) -> Option<Matrix3<f64>> {
+    cells.iter().for_each(|cell| seen[cell.index()] = true);
+    let (mut sum, mut volume, mut next) = (Matrix3::zeros(), 0.0, 0);
+    while let Some(&cell) = cells.get(next) {
+        next += 1;
+        let weight = 1.0 - distance_squared(mesh, cell, centre) / (radius * radius);
+        if weight <= 0.0 {
+            continue;
+        }
+        let part = weight * weight * mesh.volume(cell);
+        sum += part * body.deformation_gradient(cell, u)?;
+        volume += part;
+        let neighbours = (0..4).filter_map(|facet| mesh.neighbor(cell, facet));
+        cells.extend(neighbours.filter(|cell| !std::mem::replace(&mut seen[cell.index()], true)));
+    }
+    (volume > 0.0).then(|| sum / volume)
 }
 
 /// Square of the distance of the middle of a cell.

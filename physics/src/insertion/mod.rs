@@ -63,6 +63,7 @@ pub struct Insertion<M> {
     load: Vec<f64>,
     times: InsertionTimes,
     star: Vec<CellId>,
+    /// By cell, whether a search has been there; none has between searches.
     seen: Vec<bool>,
     frames: Vec<crate::rod::Frame>,
     shafts: Vec<crate::coupling::Shaft>,
@@ -87,13 +88,35 @@ impl<M: Hyperelastic<3>> Insertion<M> {
         for slot in (0..mesh.n_vertex_slots()).filter(|&slot| !mesh.is_vertex(VertexId(slot as u32))) {
             let _ = subspace.set(slot, stylet_solver::subspace::Constraint::Fixed);
         }
+        let (remesher, needles) = (Remesher::new(), Vec::new());
+        let at_rest = InsertionState { mesh, remesher, subspace, state: State::default(), needles };
+        let mut this = Self::of_parts(at_rest, body, settings, interaction, gravity, team)?;
+        let load = this.load.clone();
+        let mut drive = |_: f64, drive: &mut Drive| drive.load.copy_from_slice(&load);
+        this.state = this.integrator.tissue().start(&mut this.body, &this.subspace, &mut drive)?;
+        Ok(this)
+    }
+
+    /// The parts put together, before the tissue's integrator knows of them.
+    fn of_parts(
+        parts: InsertionState,
+        body: Body<3, 4, M>,
+        settings: CoupledSettings,
+        interaction: impl Interaction + 'static,
+        gravity: [f64; 3],
+        team: &Team,
+    ) -> Result<Self, InsertionError> {
+        if body.mass_kind().is_none() {
+            return Err(DynamicsError::NoMass.into());
+        }
+        let InsertionState { mesh, remesher, subspace, state, needles } = parts;
         let mut this = Self {
             mesh,
             body,
             subspace,
-            remesher: Remesher::new(),
-            state: State::default(),
-            needles: Vec::new(),
+            remesher,
+            state,
+            needles,
             integrator: CoupledIntegrator::new(settings, team),
             interaction: Box::new(interaction),
             gravity,
@@ -104,13 +127,7 @@ impl<M: Hyperelastic<3>> Insertion<M> {
             frames: Vec::new(),
             shafts: Vec::new(),
         };
-        if this.body.mass_kind().is_none() {
-            return Err(DynamicsError::NoMass.into());
-        }
         this.weigh();
-        let load = this.load.clone();
-        let mut drive = |_: f64, drive: &mut Drive| drive.load.copy_from_slice(&load);
-        this.state = this.integrator.tissue().start(&mut this.body, &this.subspace, &mut drive)?;
         Ok(this)
     }
 

@@ -1,9 +1,9 @@
 //! A run of needles in tissue that is left, and gone on with.
 
-use super::{Insertion, InsertionError, InsertionTimes, Interaction, Needle};
+use super::{Insertion, InsertionError, Interaction, Needle};
 use crate::body::Body;
-use crate::coupling::{CoupledIntegrator, CoupledSettings};
-use crate::dynamics::{DynamicsError, State};
+use crate::coupling::CoupledSettings;
+use crate::dynamics::State;
 use crate::material::Hyperelastic;
 use serde::{Deserialize, Serialize};
 use stylet_mesh::SimplexMesh;
@@ -15,11 +15,11 @@ use stylet_solver::team::Team;
 /// Materials, settings and the interaction are the caller's.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct InsertionState {
-    mesh: SimplexMesh<3, 4>,
-    remesher: Remesher<3, 4>,
-    subspace: Subspace<3>,
-    state: State,
-    needles: Vec<Needle>,
+    pub(super) mesh: SimplexMesh<3, 4>,
+    pub(super) remesher: Remesher<3, 4>,
+    pub(super) subspace: Subspace<3>,
+    pub(super) state: State,
+    pub(super) needles: Vec<Needle>,
 }
 
 impl InsertionState {
@@ -62,34 +62,13 @@ impl<M: Hyperelastic<3>> Insertion<M> {
         gravity: [f64; 3],
         team: &Team,
     ) -> Result<Self, InsertionError> {
-        let InsertionState { mesh, remesher, subspace, state, needles } = saved;
-        let mut this = Self {
-            mesh,
-            body,
-            subspace,
-            remesher,
-            state,
-            needles,
-            integrator: CoupledIntegrator::new(settings, team),
-            interaction: Box::new(interaction),
-            gravity,
-            load: Vec::new(),
-            times: InsertionTimes::default(),
-            star: Vec::new(),
-            seen: Vec::new(),
-            frames: Vec::new(),
-            shafts: Vec::new(),
-        };
-        if this.body.mass_kind().is_none() {
-            return Err(DynamicsError::NoMass.into());
-        }
+        let mut this = Self::of_parts(saved, body, settings, interaction, gravity, team)?;
         // The body that was left may have kept rows of vertices that were gone.
         let n = this.body.n_vertices();
         for field in [&mut this.state.u, &mut this.state.v, &mut this.state.a] {
             field.truncate(3 * n);
         }
         this.subspace.resize(n);
-        this.weigh();
         this.integrator.tissue().resume(&mut this.body, &this.subspace, &this.state)?;
         Ok(this)
     }

@@ -56,6 +56,19 @@ pub struct Material {
     pub density: Option<f64>,
 }
 
+impl Material {
+    /// This one, with what it leaves out from `otherwise`.
+    #[must_use]
+    pub fn or(self, otherwise: &Self) -> Self {
+        Self {
+            model: self.model.or_else(|| otherwise.model.clone()),
+            young: self.young.or(otherwise.young),
+            poisson: self.poisson.or(otherwise.poisson),
+            density: self.density.or(otherwise.density),
+        }
+    }
+}
+
 /// A solid with its place in the order.
 #[derive(Clone)]
 pub struct Region {

@@ -109,4 +109,7 @@ fn bad_input_is_one_line() {
         refuses(&folder, &format!("run {scene} --out none"), parts);
         assert!(!folder.has("none"));
     }
+    let shaped = "run prostate-flexible --set material.poisson=0.49 --out none";
+    refuses(&folder, shaped, &["material.poisson: found 0.49, but shape prostate comes first", "region = [{ name = "]);
+    assert!(!folder.has("none"));
 }

@@ -240,6 +240,26 @@ mod tests {
     }
 
     #[test]
+    fn a_material_that_no_cell_takes_is_reported() {
+        let warnings = |assignments: &[&str]| {
+            let assignments: Vec<String> = assignments.iter().map(|&a| a.to_owned()).collect();
+            let opened = open(&find("block-drop", SCENES).unwrap(), &assignments).unwrap();
+            let AnyGeometry::Space(geometry) = &opened.geometry else { panic!("a block is a solid") };
+            Setup::new(&opened.scene, geometry, &mut Stages::default()).unwrap().warnings
+        };
+        let all = "region=[{ name = \"all\", box = [-9, -9, -9, 9, 9, 9], poisson = 0.3 }]";
+        assert_eq!(
+            warnings(&[all, "material.poisson=0.35"]),
+            ["material.poisson: 0.35 is without effect: every cell is in a [[region]] with poisson of its own"]
+        );
+        // Some cells are enough.
+        let low = "region=[{ name = \"low\", box = [-9, -9, -9, 9, 9, 0.05], poisson = 0.3 }]";
+        assert!(warnings(&[low, "material.poisson=0.35"]).is_empty());
+        let young = "region=[{ name = \"all\", box = [-9, -9, -9, 9, 9, 9], young = 1e4 }]";
+        assert_eq!(warnings(&[young]).len(), 1);
+    }
+
+    #[test]
     fn instants_are_ascending_times_of_a_motion() {
         let refusal = |name: &str, instants: &str| {
             let assignment = format!("output.instants={instants}");

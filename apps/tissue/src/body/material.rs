@@ -1,8 +1,9 @@
 //! Materials by region: `[material]` and the rows of `[[region]]`.
 
+use super::keys::TABLE;
 use super::scene::{MaterialStage, Scene};
 use stylet_physics::material::{Linear, Solid, Viscosity};
-use stylet_scene::Row;
+use stylet_scene::{Key, Row};
 
 /// A law with the density that belongs to it.
 #[derive(Clone, PartialEq, Debug)]
@@ -32,10 +33,10 @@ pub(super) fn tissues(scene: &Scene) -> Result<Vec<Tissue>, String> {
     let base = &scene.material;
     let mut tissues = vec![tissue(base).map_err(|reason| format!("material: {reason}"))?];
     for (index, row) in scene.regions.iter().enumerate() {
-        let number = |name: &str, otherwise: f64| row.get(name).unwrap_or(otherwise);
-        let model = row.value("model").and_then(|value| value.text().ok()).unwrap_or(&base.model);
+        let number = |name: &str, otherwise: Option<f64>| row.get(name).or(otherwise);
+        let model = row.value("model").and_then(|value| value.text().ok()).map(str::to_owned);
         let own = MaterialStage {
-            model: model.to_owned(),
+            model: model.or_else(|| base.model.clone()),
             young: number("young", base.young),
             poisson: number("poisson", base.poisson),
             density: number("density", base.density),
@@ -47,10 +48,28 @@ pub(super) fn tissues(scene: &Scene) -> Result<Vec<Tissue>, String> {
     Ok(tissues)
 }
 
+/// A line for each key of `[material]` that no cell takes, because the `[[region]]` of each has its own. `in_use` says of
+/// what is in no region, and of each region, whether it has cells.
+pub(super) fn idle_keys(scene: &Scene, in_use: &[bool]) -> Vec<String> {
+    let idle = |key: &Key<Scene>| {
+        let name = key.path.strip_prefix("material.").filter(|name| *name != "plane")?;
+        let value = (key.get)(scene)?;
+        let own = |region: usize| region > 0 && scene.regions[region - 1].value(name).is_some();
+        let taken = (0..in_use.len()).any(|region| in_use[region] && !own(region));
+        (!taken).then(|| {
+            format!("{}: {value} is without effect: every cell is in a [[region]] with {name} of its own", key.path)
+        })
+    };
+    TABLE.keys.iter().filter_map(idle).collect()
+}
+
 fn tissue(stage: &MaterialStage) -> Result<Tissue, String> {
-    let MaterialStage { model, young, poisson, density, damping_time, .. } = stage.clone();
+    let model = stage.model.clone().unwrap_or_else(|| MaterialStage::MODEL.to_owned());
+    let young = stage.young.unwrap_or(MaterialStage::YOUNG);
+    let poisson = stage.poisson.unwrap_or(MaterialStage::POISSON);
+    let density = stage.density.unwrap_or(MaterialStage::DENSITY);
     let law = Solid::from_young_poisson(&model, young, poisson).map_err(|e| e.to_string())?;
-    let viscosity = match damping_time {
+    let viscosity = match stage.damping_time.unwrap_or(0.0) {
         0.0 => None,
         time => Some(Viscosity::kelvin_voigt(law.lame(), time).map_err(|e| e.to_string())?),
     };

@@ -69,34 +69,33 @@ pub enum PlaneKind {
     Strain,
 }
 
-/// `[material]`
-#[derive(Clone, PartialEq, Debug)]
+/// `[material]`: what the scene says itself, so that what is said to no effect can be refused.
+#[derive(Clone, PartialEq, Debug, Default)]
 pub struct MaterialStage {
-    /// One of [`Solid::MODELS`](stylet_physics::material::Solid::MODELS).
-    pub model: String,
-    /// Young's modulus, Pa.
-    pub young: f64,
-    /// Poisson's ratio.
-    pub poisson: f64,
-    /// Density, kg/m^3.
-    pub density: f64,
-    /// Viscosity over elasticity, s.
-    pub damping_time: f64,
+    /// One of [`Solid::MODELS`](stylet_physics::material::Solid::MODELS); left out: [`MODEL`](Self::MODEL).
+    pub model: Option<String>,
+    /// Young's modulus, Pa; left out: [`YOUNG`](Self::YOUNG).
+    pub young: Option<f64>,
+    /// Poisson's ratio; left out: [`POISSON`](Self::POISSON).
+    pub poisson: Option<f64>,
+    /// Density, kg/m^3; left out: [`DENSITY`](Self::DENSITY).
+    pub density: Option<f64>,
+    /// Viscosity over elasticity, s; left out: none.
+    pub damping_time: Option<f64>,
     /// What a body in two dimensions is a section of; `None`: a thin sheet, in plane stress.
     pub plane: Option<PlaneKind>,
 }
 
-impl Default for MaterialStage {
-    fn default() -> Self {
-        Self {
-            model: "neo-hookean".to_owned(),
-            young: 34e3,
-            poisson: 0.34,
-            density: 1000.0,
-            damping_time: 0.0,
-            plane: None,
-        }
-    }
+/// What a body is made of where nothing says otherwise.
+impl MaterialStage {
+    /// Constitutive law.
+    pub const MODEL: &'static str = "neo-hookean";
+    /// Young's modulus, Pa.
+    pub const YOUNG: f64 = 34e3;
+    /// Poisson's ratio.
+    pub const POISSON: f64 = 0.34;
+    /// Density, kg/m^3.
+    pub const DENSITY: f64 = 1000.0;
 }
 
 /// How an equilibrium is found.

@@ -3,7 +3,7 @@
 use super::constraint::Held;
 use super::geometry::Geometry;
 use super::load::Force;
-use super::material::{Tissue, tissues};
+use super::material::{Tissue, idle_keys, tissues};
 use super::scene::{PlaneKind, Scene};
 use crate::error::RunError;
 use crate::stages::{Stage, Stages};
@@ -90,7 +90,10 @@ impl<const D: usize> Setup<D> {
         // A sheet has room for its volume in its thickness.
         let thin = D == 2 && scene.material.plane != Some(PlaneKind::Strain);
         let locking = if thin { None } else { examine_material(poisson) };
-        strain.into_iter().chain(locking).map(|finding| name_keys(&finding, softest)).collect()
+        let mut in_use = vec![false; self.tissues.len()];
+        geometry.mesh.cells().for_each(|cell| in_use[geometry.mesh.region(cell) as usize] = true);
+        let findings = strain.into_iter().chain(locking).map(|finding| name_keys(&finding, softest));
+        findings.chain(idle_keys(scene, &in_use)).collect()
     }
 }
 

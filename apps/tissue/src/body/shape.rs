@@ -3,6 +3,7 @@
 use super::geometry::Geometry;
 use super::scene::{Shape, StartStage};
 use stylet_mesh::VertexId;
+use stylet_mesh::random::SplitMix64;
 use stylet_solver::subspace::{Constraint, Subspace};
 
 /// Displacements (m, flat) that put the free nodes of a body where the scene wants them.
@@ -14,7 +15,7 @@ pub(super) fn displacement<const D: usize, const N: usize>(
     let mut u = vec![0.0; D * geometry.mesh.n_vertex_slots()];
     let Some(stage) = stage.filter(|stage| stage.shape != Shape::Rest) else { return u };
     let (centre, [low, high]) = (geometry.centre(), geometry.bounds);
-    let mut random = SplitMix64(stage.seed.cast_unsigned());
+    let mut random = SplitMix64::new(stage.seed.cast_unsigned());
     for vertex in 0..geometry.mesh.n_vertex_slots() {
         if subspace.get(vertex) != Constraint::Free {
             continue;
@@ -34,18 +35,4 @@ pub(super) fn displacement<const D: usize, const N: usize>(
         }
     }
     u
-}
-
-/// Source: Steele, Lea & Flood, *Fast splittable pseudorandom number generators*, OOPSLA 2014.
-struct SplitMix64(u64);
-
-impl SplitMix64 {
-    /// A number in `[0, 1)`.
-    fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
-    }
 }

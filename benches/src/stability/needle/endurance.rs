@@ -2,9 +2,9 @@
 
 use super::{FORCES, Watch, scene};
 use crate::insertion::setup::{BEVEL, Numerics, Scene, distance, wire};
-use crate::random::SplitMix64;
 use crate::{BenchOptions, Figure, Numbers, Report, Row};
 use std::time::Instant;
+use stylet_mesh::random::SplitMix64;
 use stylet_mesh::{SimplexMesh, VertexId};
 use stylet_physics::coupling::CouplingNode;
 use stylet_physics::insertion::{BaseMotion, Insertion, InsertionError};
@@ -93,7 +93,7 @@ fn all(
     seen: &mut Cycles,
 ) -> Result<(), InsertionError> {
     let start = run.mesh().clone();
-    let mut numbers = SplitMix64(11);
+    let mut numbers = SplitMix64::new(11);
     for _ in 0..cycles {
         if options.stopped() {
             return Ok(());

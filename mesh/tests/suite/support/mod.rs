@@ -4,28 +4,24 @@ use stylet_mesh::{
     CellId, MeshChange, SimplexMesh, VertexId,
     generate::{kuhn_box, random_delaunay},
     geometry,
+    random::SplitMix64,
 };
 
 /// A small random generator, so that a seed is a mesh.
-pub struct Random(u64);
+pub struct Random(SplitMix64);
 
 impl Random {
     pub fn new(seed: u64) -> Self {
-        Self(seed)
+        Self(SplitMix64::new(seed))
     }
 
-    /// SplitMix64 (Steele, Lea & Flood 2014).
     pub fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
+        self.0.next_u64()
     }
 
     /// Uniform in `0..1`.
     pub fn unit(&mut self) -> f64 {
-        (self.bits() >> 11) as f64 / (1_u64 << 53) as f64
+        self.0.unit()
     }
 
     pub fn below(&mut self, n: usize) -> usize {
