@@ -2,10 +2,11 @@
 
 use crate::geometry::{Geometry, sides};
 use crate::keys::name_of;
-use crate::scene::Scene;
+use crate::scene::{PartitionKind, Scene};
 use stylet_mesh::SimplexMesh;
 use stylet_physics::body::{Body, Density, LazyRule, MassKind};
 use stylet_physics::material::{Solid, Viscosity};
+use stylet_physics::numbering::metis_parts;
 use stylet_solver::subspace::{Constraint, Subspace};
 use stylet_solver::team::Team;
 
@@ -94,6 +95,10 @@ pub fn body(
             Stiffness => LazyRule::Stiffness(scene.time.lazy),
             Rotation => LazyRule::Rotation(scene.time.lazy),
         });
+    }
+    if scene.time.partition == PartitionKind::Metis && team.size() > 1 {
+        let parts = metis_parts(mesh, team.size()).map_err(|error| format!("time.partition: {error}"))?;
+        body.set_partition(&parts).map_err(|error| format!("time.partition: {error}"))?;
     }
     Ok(body)
 }
