@@ -50,6 +50,7 @@
 //! | `refine`, `sweep`, `search`, `locate`, `bounds` | refinement along features, standing or moving; point location |
 //! | `hierarchy` | vertices by generation |
 //! | `relocate` | moved vertices |
+//! | `renumber` | the graph of the vertices; a start mesh under other numbers |
 //! | [`remesh`] | vertices and edges along a needle, and the way back |
 //! | [`quality`], `invariants` | angles, shapes, histograms; what must hold |
 //! | [`random`] | a generator of pseudo-random numbers |
@@ -81,6 +82,7 @@ mod recorder;
 mod refine;
 mod relocate;
 pub mod remesh;
+mod renumber;
 mod rule;
 mod search;
 mod start;
@@ -95,5 +97,6 @@ pub use id::{CellId, VertexId};
 pub use locate::{Configuration, Crossing, Displaced, LocateError, Location, Locator, Positions, SpatialIndex, Walk};
 pub use recorder::Work;
 pub use relocate::MoveError;
+pub use renumber::RenumberError;
 pub use rule::Rule;
 pub use sweep::Sweep;

@@ -9,6 +9,7 @@
 //! * [`coupling`]: which nodes between a needle and the tissue stick, and which slip;
 //! * [`reparameterise`]: what a needle carries along its length, after its nodes have moved;
 //! * [`rod`]: discrete elastic rods;
+//! * [`numbering`]: numbers and parts of vertices by the graph of a mesh;
 //! * [`friction`]: stick-slip states of the nodes along a tool.
 //!
 //! ```
@@ -27,7 +28,8 @@
 //!
 //! # Features
 //!
-//! * `direct` (default): sparse factors among the methods of statics.
+//! * `direct` (default): sparse factors among the methods of statics;
+//! * `metis`: parts of the vertices by METIS.
 
 pub mod body;
 pub mod coupling;
@@ -36,6 +38,7 @@ pub mod friction;
 pub mod insertion;
 pub mod lanes;
 pub mod material;
+pub mod numbering;
 mod parallel;
 pub mod reparameterise;
 pub mod rod;

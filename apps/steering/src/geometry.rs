@@ -1,7 +1,7 @@
 //! The tissue's mesh, the names of its regions, and surfaces as fields in space.
 
 use crate::columns::SIDES;
-use crate::scene::{MeshStage, Scene};
+use crate::scene::{MeshStage, Scene, VertexOrder};
 use std::path::Path;
 use std::sync::Arc;
 use stylet_anatomy::plan::{self, Effort, Plan};
@@ -11,6 +11,7 @@ use stylet_mesh::generate::kuhn_box;
 use stylet_mesh::import::Imported;
 use stylet_mesh::io::{MeshData, read};
 use stylet_mesh::{CellId, SimplexMesh};
+use stylet_physics::numbering::in_reverse_cuthill_mckee_order;
 use stylet_scene::{Row, nearest};
 use stylet_tissue::RunError;
 
@@ -54,7 +55,7 @@ impl Geometry {
     /// [`RunError`] names the scene or the mesh file, the key, what was found and what was expected.
     pub fn of(scene: &Scene) -> Result<Self, RunError> {
         let refuse = |reason: String| RunError::Inconsistent { source_name: scene.label.clone(), reason };
-        match (&scene.mesh.shape, &scene.mesh.file) {
+        let mut geometry = match (&scene.mesh.shape, &scene.mesh.file) {
             (Some(_), Some(_)) => Err(refuse("mesh.shape: found beside mesh.file, expected one of the two".into())),
             (Some(shape), None) => shaped(scene, shape).map_err(refuse),
             (None, Some(file)) => {
@@ -63,7 +64,12 @@ impl Geometry {
                     .map_err(|reason| RunError::Inconsistent { source_name: path.display().to_string(), reason })
             }
             (None, None) => boxed(&scene.mesh).map_err(refuse),
+        }?;
+        if scene.mesh.order == VertexOrder::Rcm {
+            let renumbered = in_reverse_cuthill_mckee_order(&geometry.mesh);
+            (geometry.mesh, _) = renumbered.map_err(|error| refuse(format!("mesh.order: {error}")))?;
         }
+        Ok(geometry)
     }
 
     fn new(

@@ -40,6 +40,20 @@ pub struct Scene {
     pub output: OutputStage,
 }
 
+/// The numbers of the vertices of a mesh.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub enum VertexOrder {
+    /// As they were made or read.
+    Made,
+    /// By reverse Cuthill-McKee.
+    #[default]
+    Rcm,
+}
+
+impl Words for VertexOrder {
+    const WORDS: &'static [(&'static str, Self)] = &[("made", Self::Made), ("rcm", Self::Rcm)];
+}
+
 /// `[mesh]`
 #[derive(Clone, PartialEq, Debug)]
 pub struct MeshStage {
@@ -55,12 +69,14 @@ pub struct MeshStage {
     pub origin: Vec<f64>,
     /// Parts along each side.
     pub cells: Vec<f64>,
+    /// Numbers of the vertices.
+    pub order: VertexOrder,
 }
 
 impl Default for MeshStage {
     fn default() -> Self {
         let [size, origin, cells] = [vec![0.1; 3], vec![0.0; 3], vec![8.0; 3]];
-        Self { shape: None, resolution: None, file: None, size, origin, cells }
+        Self { shape: None, resolution: None, file: None, size, origin, cells, order: VertexOrder::default() }
     }
 }
 
@@ -134,6 +150,20 @@ impl Words for LazyWord {
         &[("strain", Self::Strain), ("stiffness", Self::Stiffness), ("rotation", Self::Rotation)];
 }
 
+/// Who sums which rows and forces.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub enum PartitionKind {
+    /// Each thread a stretch of numbers of vertices.
+    #[default]
+    Numbers,
+    /// Each thread a part of METIS.
+    Metis,
+}
+
+impl Words for PartitionKind {
+    const WORDS: &'static [(&'static str, Self)] = &[("numbers", Self::Numbers), ("metis", Self::Metis)];
+}
+
 /// `[time]`
 #[derive(Clone, PartialEq, Debug)]
 pub struct TimeStage {
@@ -155,6 +185,8 @@ pub struct TimeStage {
     pub lazy: f64,
     /// What of an element.
     pub lazy_measure: LazyWord,
+    /// How the tissue is shared by threads.
+    pub partition: PartitionKind,
     /// How far a needle may slide in a part of a step, m; left out: half an edge of the mesh.
     pub reach: Option<f64>,
 }
@@ -171,6 +203,7 @@ impl Default for TimeStage {
             twist: TwistKind::default(),
             lazy: 0.05,
             lazy_measure: LazyWord::default(),
+            partition: PartitionKind::default(),
             reach: None,
         }
     }

@@ -2,11 +2,12 @@
 
 use crate::geometry::{Geometry, Region, sides};
 use crate::keys::{TABLE, name_of};
-use crate::scene::{MaterialStage, Scene};
+use crate::scene::{MaterialStage, PartitionKind, Scene};
 use stylet_anatomy::shapes::Material;
 use stylet_mesh::SimplexMesh;
 use stylet_physics::body::{Body, Density, LazyRule, MassKind};
 use stylet_physics::material::{Solid, Viscosity};
+use stylet_physics::numbering::metis_parts;
 use stylet_scene::Row;
 use stylet_solver::subspace::{Constraint, Subspace};
 use stylet_solver::team::Team;
@@ -135,6 +136,10 @@ pub fn body(
             Stiffness => LazyRule::Stiffness(scene.time.lazy),
             Rotation => LazyRule::Rotation(scene.time.lazy),
         });
+    }
+    if scene.time.partition == PartitionKind::Metis && team.size() > 1 {
+        let parts = metis_parts(mesh, team.size()).map_err(|error| format!("time.partition: {error}"))?;
+        body.set_partition(&parts).map_err(|error| format!("time.partition: {error}"))?;
     }
     Ok(body)
 }

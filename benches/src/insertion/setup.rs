@@ -13,6 +13,7 @@ use stylet_physics::insertion::{
     BaseMotion, Insertion, InsertionError, InsertionReport, Interaction, NeedleSettings, UniformInteraction,
 };
 use stylet_physics::material::Solid;
+use stylet_physics::numbering::{in_reverse_cuthill_mckee_order, metis_parts};
 use stylet_physics::rod::RodStiffness;
 use stylet_solver::subspace::{Constraint, Subspace};
 use stylet_solver::team::Team;
@@ -93,6 +94,13 @@ impl Tissue {
         Ok(Self { mesh, regions, held })
     }
 
+    /// The same tissue with its vertices in reverse Cuthill-McKee order.
+    pub fn in_rcm_order(&self) -> Self {
+        let (mesh, order) = in_reverse_cuthill_mckee_order(&self.mesh).expect("a mesh as it was made");
+        let held = order.new_to_old().iter().map(|&old| self.held[old as usize]).collect();
+        Self { mesh, held, regions: self.regions.clone() }
+    }
+
     /// Mean length of the edges, each as often as cells have it, m.
     pub fn mean_edge(&self) -> f64 {
         let (mut sum, mut count) = (0.0, 0.0);
@@ -119,6 +127,8 @@ pub(crate) struct Numerics {
     pub lazy: LazyRule,
     pub search: SearchSettings,
     pub coupling: CouplingMethod,
+    /// Whether METIS says which thread sums which rows.
+    pub metis: bool,
 }
 
 impl Default for Numerics {
@@ -130,6 +140,7 @@ impl Default for Numerics {
             lazy: LazyRule::Always,
             search: SearchSettings::default(),
             coupling: CouplingMethod::NullSpace,
+            metis: false,
         }
     }
 }
@@ -233,6 +244,9 @@ impl Scene {
         let densities: Vec<(u32, f64)> = self.tissue.regions.iter().map(|(id, stuff)| (*id, stuff.density)).collect();
         body.set_mass(MassKind::Lumped, &Density::ByRegion(densities))?;
         body.set_lazy_rule(numerics.lazy);
+        if numerics.metis {
+            body.set_partition(&metis_parts(&self.tissue.mesh, team.size())?)?;
+        }
         let mut held = Subspace::new(self.tissue.mesh.n_vertex_slots());
         for vertex in (0..self.tissue.held.len()).filter(|&vertex| self.tissue.held[vertex]) {
             held.set(vertex, Constraint::Fixed).expect("a vertex of the mesh");

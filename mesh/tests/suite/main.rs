@@ -42,6 +42,7 @@ mod locate;
 mod properties;
 mod remesh;
 mod remesh_angles;
+mod renumbering;
 mod rules;
 mod start_meshes;
 mod stuffing;

@@ -281,6 +281,13 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
     /// [`BodyError::StiffnessOverflow`], the body being unchanged; [`BodyError::Matrix`].
     pub fn apply_change(&mut self, mesh: &SimplexMesh<D, N>, change: &MeshChange) -> Result<(), BodyError> {
         let born = self.check_change(mesh, change)?;
+        for birth in &change.vertices {
+            let vertex = birth.vertex.index();
+            let known = vertex < self.stars.n_vertices() && !self.stars.corners(vertex).is_empty();
+            if let (false, Some((parent, _))) = (known, birth.origin.parents().next()) {
+                self.parts.adopt(vertex, parent.index());
+            }
+        }
         let mut touched: Vec<u32> = born.iter().flat_map(|element| element.vertices).collect();
         for &cell in &change.died {
             if let Some(slot) = self.elements.slot(cell) {
@@ -444,8 +451,8 @@ impl<const D: usize, const N: usize, M: Hyperelastic<D>> Body<D, N, M> {
     }
 
     /// Which part sums the rows of each vertex, as METIS or another partitioner has it; without one, vertices are cut by
-    /// their numbers into as many parts as there are threads. The bits do not depend on it. Vertices that are born later
-    /// belong to part 0.
+    /// their numbers into as many parts as there are threads. The bits do not depend on it. A vertex that is born later
+    /// belongs to the part of the first one that it stems from.
     ///
     /// # Errors
     /// [`BodyError::Partition`].

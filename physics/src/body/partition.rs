@@ -60,8 +60,19 @@ impl<const D: usize> Parts<D> {
         self.current = false;
     }
 
-    /// Brings the lists up to date, for `n_parts` parts unless the caller has given owners. Vertices that are younger
-    /// than the given owners belong to the first part.
+    /// A vertex is born of others: where owners were given, it joins the part of the first of these.
+    pub fn adopt(&mut self, vertex: usize, parent: usize) {
+        if !self.given {
+            return;
+        }
+        let owner = self.owner.get(parent).copied().unwrap_or(0);
+        if vertex >= self.owner.len() {
+            self.owner.resize(vertex + 1, 0);
+        }
+        self.owner[vertex] = owner;
+    }
+
+    /// Brings the lists up to date, for `n_parts` parts unless the caller has given owners.
     pub fn follow<const N: usize>(&mut self, n_parts: usize, elements: &ElementTable<D, N>, stars: &Stars) {
         let n_parts = if self.given { self.count_given() } else { n_parts };
         if self.current && self.parts.len() == n_parts {
@@ -151,5 +162,22 @@ impl<const D: usize> Parts<D> {
             + 4 * self.place.capacity()
             + 8 * self.bounds.capacity()
             + self.parts.iter().map(of_part).sum::<usize>()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Parts;
+
+    #[test]
+    fn newborns_join_their_parents() {
+        let mut parts = Parts::<3>::default();
+        parts.adopt(2, 1);
+        assert!(parts.owner.is_empty(), "vertices are cut by their numbers");
+        parts.give(Some(vec![0, 3]));
+        parts.adopt(2, 1);
+        parts.adopt(4, 2);
+        parts.adopt(1, 0);
+        assert_eq!(parts.owner, [0, 0, 3, 0, 3]);
     }
 }

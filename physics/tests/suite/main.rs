@@ -15,6 +15,7 @@ mod loads;
 mod material_derivatives;
 mod material_inversion;
 mod material_points;
+mod numbering;
 mod patch;
 mod plane_stress;
 mod regions;

@@ -105,6 +105,20 @@ fn forces_and_regions() {
 }
 
 #[test]
+fn orders_and_parts() {
+    refused(
+        "[mesh]",
+        "[mesh]\norder = \"rmc\"",
+        &["mesh.order: found the string \"rmc\", expected one of \"made\", \"rcm\""],
+    );
+    refused(
+        "[support]",
+        "[time]\npartition = \"mets\"\n[support]",
+        &["time.partition: found the string \"mets\", expected one of \"numbers\", \"metis\""],
+    );
+}
+
+#[test]
 fn marker_files() {
     let path = std::env::temp_dir().join(format!("stylet-measured-{}.csv", std::process::id()));
     let text = format!("[markers]\nfile = '{}'\n{GEL}", path.display());

@@ -56,6 +56,46 @@ fn threads_do_not_change_the_bits() {
     }
 }
 
+/// With enough elements for a second thread to be woken, and vertices that are born along the needle.
+#[test]
+fn parts_do_not_change_the_bits() {
+    let run = |threads, partition: &str, lazy: f64| {
+        let scene = GEL.replace("cells = [6, 5, 5]", "cells = [12, 9, 9]");
+        let mut run = start(&format!("{scene}[time]\npartition = \"{partition}\"\nlazy = {lazy}\n"), threads);
+        let rows: Vec<_> = go_on(run.as_mut(), 30).iter().map(bits).collect();
+        (rows, run.displacement().iter().map(|u| u.to_bits()).collect::<Vec<_>>())
+    };
+    for lazy in [0.0, 0.05] {
+        let one = run(1, "numbers", lazy);
+        assert!(one.0.last().unwrap().4[3] > 0, "the needle is in the tissue");
+        for threads in [1, 2, 8] {
+            assert!(run(threads, "metis", lazy) == one, "{threads} threads, lazy = {lazy}");
+        }
+    }
+}
+
+/// Other numbers for the same vertices: the same run but for rounding, and for ties.
+#[test]
+fn a_renumbered_mesh_is_left_as_it_was_and_takes_the_needle_the_same_way() {
+    let [made, rcm] = ["made", "rcm"].map(|order| {
+        let mut run = start(&GEL.replace("[mesh]", &format!("[mesh]\norder = \"{order}\"")), 1);
+        let (points, cells) = (run.points().to_vec(), run.cells());
+        let rows = go_on(run.as_mut(), usize::MAX);
+        assert_eq!((run.points(), run.cells()), (&points[..], cells.clone()));
+        (points, cells, rows)
+    });
+    let sorted = |points: &[f64]| {
+        let mut points = points.as_chunks::<3>().0.to_vec();
+        points.sort_by(|x, y| x.partial_cmp(y).unwrap());
+        points
+    };
+    assert!(made.0 != rcm.0 && made.1 != rcm.1 && sorted(&made.0) == sorted(&rcm.0));
+    for (one, other) in made.2.iter().zip(&rcm.2) {
+        let tips = one.quantities[1..4].iter().zip(&other.quantities[1..4]);
+        assert!(tips.clone().all(|(x, y)| (x - y).abs() < 1e-4), "{one:?} and {other:?}");
+    }
+}
+
 #[test]
 fn two_levels_find_the_same_solution() {
     let tip = |preconditioner: &str| {
