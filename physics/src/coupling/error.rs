@@ -61,6 +61,18 @@ pub enum CouplingError {
         /// How far it may, m.
         reach: f64,
     },
+    /// A node of a needle moved so far in a step that the step cannot be meant.
+    #[error("needle {needle} is thrown by {moved:e} m at its node {node} in a step, more than {most:e} m")]
+    Thrown {
+        /// The needle.
+        needle: usize,
+        /// Its node.
+        node: usize,
+        /// How far it moved, m.
+        moved: f64,
+        /// How far it may, m.
+        most: f64,
+    },
     /// A needle has too few nodes, or vectors of another length.
     #[error("needle {needle}: {what}")]
     Shape {

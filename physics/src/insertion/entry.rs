@@ -157,3 +157,46 @@ impl Placed {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use stylet_mesh::generate::kuhn_box;
+
+    const AHEAD: [f64; 3] = [1.0, 0.0, 0.0];
+
+    fn close(contact: Option<Contact>, place: [f64; 3]) {
+        let contact = contact.expect("a contact");
+        assert!((0..3).all(|k| (contact.material[k] - place[k]).abs() < 1e-6), "{contact:?} {place:?}");
+        assert!((contact.inwards[0] - 1.0).abs() < 1e-12, "{contact:?}");
+    }
+
+    /// Whether the tip or the skin moves, or both, it is met where they cross; skin that yields is not.
+    #[test]
+    fn a_tip_and_a_skin_that_move_meet() {
+        let mesh = kuhn_box::<3, 4>([0.0; 3], [1.0; 3], [3; 3]).unwrap();
+        let shifted = |by: f64| -> Vec<f64> { (0..mesh.n_vertex_slots()).flat_map(|_| [by, 0.0, 0.0]).collect() };
+        let at = |x: f64| [x, 0.41, 0.57];
+        let [still, towards, away] = [0.0, -0.3, 0.3].map(shifted);
+        close(contact(&mesh, [&still, &still], &at(-0.1), &at(0.1)), at(0.0));
+        close(contact(&mesh, [&still, &towards], &at(-0.1), &at(-0.1)), at(0.0));
+        close(contact(&mesh, [&away, &towards], &at(0.1), &at(-0.1)), at(0.0));
+        for (u, a, b) in [([&still, &away], -0.1, 0.1), ([&still, &still], 0.1, -0.1), ([&still, &still], -0.2, -0.1)] {
+            assert_eq!(contact(&mesh, [&u[0][..], &u[1][..]], &at(a), &at(b)), None);
+        }
+        assert_eq!(contact(&mesh, [&still, &still], &[-0.1, 1.2, 0.5], &[0.1, 1.2, 0.5]), None);
+    }
+
+    /// Inside the line behind the tip has gone through the skin, wherever the needle was; outside it has not.
+    #[test]
+    fn a_tip_inside_has_entered() {
+        let mesh = kuhn_box::<3, 4>([0.0; 3], [1.0; 3], [3; 3]).unwrap();
+        let still = vec![0.0; 3 * mesh.n_vertex_slots()];
+        for x in [0.01, 0.5, 0.99] {
+            close(entered(&mesh, &still, &[x, 0.41, 0.57], &AHEAD), [0.0, 0.41, 0.57]);
+        }
+        for outside in [[-0.01, 0.41, 0.57], [1.01, 0.41, 0.57], [0.5, 1.2, 0.57]] {
+            assert_eq!(entered(&mesh, &still, &outside, &AHEAD), None);
+        }
+    }
+}

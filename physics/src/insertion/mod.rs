@@ -310,7 +310,7 @@ impl<M: Hyperelastic<3>> Insertion<M> {
             None => self.meet(k, before, was)?,
             Some(SlipState::Static) => TipMove::default(),
             Some(_) if slip.abs() <= STILL => TipMove::default(),
-            Some(_) if slip > 0.0 && self.is_too_near(k, slip) => self.dent(k),
+            Some(_) if slip > 0.0 && self.waits(k, slip) => self.wait(k, slip),
             Some(_) => self.cut(k, slip)?,
         };
         report.blocked += u32::from(moved.blocked);

@@ -1,6 +1,7 @@
 //! A steerable needle: what it is made of, where it starts, and how its base is moved.
 
 use super::InsertionError;
+use super::tip::Lag;
 use crate::coupling::{CouplingNode, Shaft, SleeveMotion};
 use crate::reparameterise::EdgeLimits;
 use crate::rod::{Rod, RodStiffness};
@@ -154,6 +155,7 @@ pub struct Needle {
     pub forces: Vec<f64>,
     /// Sliding of the needle past the tissue in the last step, m.
     pub slips: Vec<f64>,
+    pub(super) lag: Lag,
     pub(super) id: NeedleId,
     pub(super) edges: EdgeLimits,
 }
@@ -176,6 +178,7 @@ impl Needle {
             base_moment: [0.0; 3],
             forces: Vec::new(),
             slips: Vec::new(),
+            lag: Lag::default(),
             id,
             edges,
         })

@@ -5,6 +5,7 @@ use super::{Insertion, InsertionError, Needle};
 use crate::coupling::{CouplingNode, SlipLimits, SlipState, difference, inner, length, set_triple, triple, unit};
 use crate::material::Hyperelastic;
 use nalgebra::{Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
 use stylet_mesh::remesh::{Motion, Outcome, RemeshError};
 use stylet_mesh::{CellId, MeshChange, SimplexMesh, VertexId};
 use stylet_mesh::{Displaced, Walk};
@@ -17,8 +18,19 @@ const BEHIND: f64 = 2e-7;
 /// Shortest edge from the skin to a tip, in edges of the cells there; what is shorter makes slivers. At 20 mm/s and edges of
 /// 6 mm it is a little less than a frame of 20 ms.
 const SHORTEST: f64 = 0.05;
+/// Shortest way within the tissue that the mesh is asked to follow, in edges: a little more than the remesher takes for one place.
+const LEAST: f64 = 1e-5;
 /// Where the region ahead of a node is looked up, in edges.
 const AHEAD: f64 = 1e-3;
+
+/// What the mesh owes a tip: a way that was too short to be followed, which it has dragged the tissue along instead.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Lag {
+    /// Slip along the needle, m.
+    pub slip: f64,
+    /// In space, m.
+    pub way: [f64; 3],
+}
 
 /// What a tip did to the mesh.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -73,22 +85,39 @@ impl<M: Hyperelastic<3>> Insertion<M> {
         Ok(TipMove { remeshed: true, blocked: false })
     }
 
-    /// Whether a tip at the skin that slides by `slip` would leave an edge behind it that is much shorter than its cells.
-    pub(super) fn is_too_near(&mut self, k: usize, slip: f64) -> bool {
-        let [node] = &self.needles[k].shaft.nodes[..] else { return false };
-        self.mesh.star(VertexId(node.vertex), &mut self.star);
-        let longest = self.star.iter().map(|&cell| self.mesh.longest_edge(cell)).fold(f64::INFINITY, f64::min);
-        slip < SHORTEST * longest
+    /// Whether a tip that slides by `slip` waits with what it has waited for before: at the skin the edge behind it would be much
+    /// shorter than its cells, and moves within the tissue may be shorter than the mesh follows.
+    pub(super) fn waits(&mut self, k: usize, slip: f64) -> bool {
+        let needle = &self.needles[k];
+        let least = if needle.shaft.nodes.len() == 1 { SHORTEST } else { LEAST };
+        self.is_short(k, needle.lag.slip + slip, least)
     }
 
-    /// Keeps a tip at the skin, which it dents further: as the skin recoils, it slides by more in the next step.
-    pub(super) fn dent(&mut self, k: usize) -> TipMove {
-        let Needle { shaft, .. } = &self.needles[k];
-        if let Some(tip) = shaft.nodes.last() {
-            let (vertex, world) = (VertexId(tip.vertex), shaft.tip());
+    /// Whether a slip is less than a part of the edges at the tip.
+    fn is_short(&mut self, k: usize, slip: f64, part: f64) -> bool {
+        let Some(tip) = self.needles[k].shaft.nodes.last() else { return false };
+        self.mesh.star(VertexId(tip.vertex), &mut self.star);
+        let edge = self.star.iter().map(|&cell| self.mesh.longest_edge(cell)).fold(f64::INFINITY, f64::min);
+        slip < part * edge
+    }
+
+    /// The tissue is dragged along with the tip, and its mesh is owed the way.
+    pub(super) fn wait(&mut self, k: usize, slip: f64) -> TipMove {
+        if let Some(tip) = self.needles[k].shaft.nodes.last() {
+            let (vertex, world) = (VertexId(tip.vertex), self.needles[k].shaft.tip());
+            let moved = self.moved(vertex, &world);
+            let lag = &mut self.needles[k].lag;
+            lag.slip += slip;
+            lag.way = std::array::from_fn(|i| lag.way[i] + moved[i]);
             self.place_vertex(vertex, &world);
         }
         TipMove::default()
+    }
+
+    /// From a vertex in the deformed body to a place.
+    fn moved(&self, vertex: VertexId, to: &[f64; 3]) -> [f64; 3] {
+        let (x, u) = (self.mesh.point(vertex), triple(&self.state.u, vertex.index()));
+        std::array::from_fn(|i| to[i] - (x[i] + u[i]))
     }
 
     /// A tip in the tissue that has slid by `slip` along the needle: brings a node of the mesh to where it is, and changes the
@@ -96,7 +125,8 @@ impl<M: Hyperelastic<3>> Insertion<M> {
     pub(super) fn cut(&mut self, k: usize, slip: f64) -> Result<TipMove, InsertionError> {
         let (id, world) = (self.needles[k].id, self.needles[k].shaft.tip());
         let forward = slip > 0.0;
-        let target = if forward { self.ahead(k, slip)? } else { self.behind(k, -slip) };
+        let owed = std::mem::take(&mut self.needles[k].lag);
+        let target = if forward { self.ahead(k, slip, &owed)? } else { self.behind(k, -slip) };
         let mut change = MeshChange::default();
         let motion = if forward { Motion::Penetrating } else { Motion::Retracting };
         let outcome = match target {
@@ -120,10 +150,13 @@ impl<M: Hyperelastic<3>> Insertion<M> {
             let known = old.iter().find(|node| node.vertex == vertex.0);
             known.copied().unwrap_or(CouplingNode { vertex: vertex.0, state: SlipState::Static, limits, drag: 0.0 })
         }));
-        if forward
-            && !blocked
-            && let Some(&tip) = nodes.last()
-        {
+        if blocked && forward {
+            // What the mesh cannot follow yet drags the tissue along, as long as it is little.
+            self.needles[k].lag = owed;
+            if self.is_short(k, self.needles[k].lag.slip + slip, SHORTEST) {
+                self.wait(k, slip);
+            }
+        } else if forward && let Some(&tip) = nodes.last() {
             self.place_vertex(tip, &world);
         }
         if forward {
@@ -132,10 +165,11 @@ impl<M: Hyperelastic<3>> Insertion<M> {
         Ok(TipMove { remeshed: true, blocked })
     }
 
-    /// Where the tip is in the undeformed body, moved across by the bevel.
-    fn ahead(&mut self, k: usize, slip: f64) -> Result<Option<[f64; 3]>, InsertionError> {
+    /// Where the tip is in the undeformed body with the way that the mesh owes it, moved across by the bevel.
+    fn ahead(&mut self, k: usize, slip: f64, owed: &Lag) -> Result<Option<[f64; 3]>, InsertionError> {
         let shaft = &self.needles[k].shaft;
-        let world = shaft.tip();
+        let tip_place = shaft.tip();
+        let world: [f64; 3] = std::array::from_fn(|i| tip_place[i] + owed.way[i]);
         let Some(tip) = shaft.nodes.last().copied() else { return Ok(None) };
         let positions = Displaced { points: self.mesh.points(), displacement: &self.state.u };
         self.mesh.star(VertexId(tip.vertex), &mut self.star);
@@ -152,11 +186,8 @@ impl<M: Hyperelastic<3>> Insertion<M> {
         let walked: [f64; 3] = std::array::from_fn(|i| (0..4).map(|c| weights[c] * corners[c][i]).sum());
         let vertex = VertexId(tip.vertex);
         let at = self.mesh.point(vertex);
-        let [walk, moved] = [
-            difference(&walked, &at),
-            difference(&world, &std::array::from_fn(|i| at[i] + self.state.u[3 * vertex.index() + i])),
-        ];
-        let across = self.bevel(k, slip);
+        let (walk, moved) = (difference(&walked, &at), self.moved(vertex, &world));
+        let across = self.bevel(k, owed.slip + slip);
         // The element ahead tells how far the tip has come, but not which way: in it the displacement falls from that of the tip,
         // which the bevel has put off its path, to that of the tissue ahead. Taken at its word it would bring the tip back by as
         // much as the bevel moves it, and more the smaller the element.

@@ -271,6 +271,68 @@ fn extreme_friction() {
     assert!(needle.shaft.tip()[0] > 3.5e-3, "{:?}", needle.shaft.tip());
 }
 
+/// A skin that takes a newton to cut is dented, cut and recoils: at any step the needle goes on from there, as far.
+#[test]
+fn short_steps_go_where_long_ones_do() {
+    let mut places = Vec::new();
+    for (dt, steps) in [(0.02, 75), (0.005, 300), (0.002, 750), (0.001, 1500)] {
+        let interaction = UniformInteraction { friction: 12.0, viscosity: 200.0, cutting: 1.0 };
+        let mut block = SetUp { interaction, dt, ..SetUp::new() }.build();
+        // So short that it does not buckle before the skin.
+        let needle = NeedleSettings { base: [-0.032, 0.0303, 0.0298], length: 0.03, ..wire(0.0303, 0.0298) };
+        block.add_needle(needle).unwrap();
+        push(&mut block, 0.02, dt, steps);
+        assert!(block.needles()[0].depth() > 0.015, "{dt}: {}", block.needles()[0].depth());
+        let (least, largest) = block.remeshed_angles_deg();
+        assert!(least > 8.0 && largest < 165.0, "{dt}: {least} to {largest}");
+        places.push((dt, block.needles()[0].depth(), block.needles()[0].shaft.tip()));
+    }
+    let (_, depth, tip) = places[3];
+    for (dt, other, place) in &places {
+        assert!((other - depth).abs() < 1.5e-3, "{dt}: {other} {depth}");
+        assert!((0..3).all(|k| (place[k] - tip[k]).abs() < 1e-3), "{dt}: {place:?} {tip:?}");
+    }
+}
+
+/// A needle at rest in gel with a dent in it comes to stick all along, and stays where it is, whatever the step.
+#[test]
+fn held_needles_stick_at_any_step() {
+    for (dt, insert, settle) in [(0.02, 100, 300), (0.002, 1000, 3000)] {
+        let mut block = SetUp { dt, ..SetUp::new() }.build();
+        block.add_needle(wire(0.0303, 0.0298)).unwrap();
+        push(&mut block, 0.02, dt, insert);
+        push(&mut block, 0.0, dt, settle);
+        let before = places(&block);
+        for _ in 0..300 {
+            block.step(&[BaseMotion::default()], dt).unwrap();
+            // A node whose force is just at its limit may count as one that slips, but does not.
+            let slips = &block.needles()[0].slips;
+            assert!(slips.iter().all(|slip| slip.abs() < 1e-12), "{dt}: {:?} {slips:?}", states(&block));
+        }
+        assert!(before.iter().zip(places(&block)).all(|((_, from), (_, to))| (from - to).abs() < 1e-9));
+    }
+}
+
+/// Friction that no tissue bears tears it along; where that cannot go on the run ends, and the needle is where it was.
+#[test]
+fn absurd_friction_throws_no_needle() {
+    for friction in [1e4, 1e6] {
+        let interaction = UniformInteraction { friction, viscosity: 200.0, cutting: 0.2 };
+        let mut block = SetUp { interaction, ..SetUp::new() }.build();
+        block.add_needle(wire(0.0303, 0.0298)).unwrap();
+        for motion in [0.02, -0.02].map(|insert| BaseMotion { insert, ..BaseMotion::default() }) {
+            let made = (0..110).try_for_each(|_| block.step(&[motion], 0.02).map(|_| ()));
+            let shaft = &block.needles()[0].shaft;
+            assert!(shaft.x.iter().all(|x| x.abs() < 0.5), "{friction}: {:?}", shaft.x);
+            match made {
+                Ok(()) => {}
+                Err(InsertionError::Failed { .. } | InsertionError::Remesh { .. }) => break,
+                Err(error) => panic!("{friction}: {error}"),
+            }
+        }
+    }
+}
+
 /// Fast needles, long steps, reversals: no blow-up, and the needle keeps its length.
 #[test]
 fn vigorous_motion_stays_bounded() {
