@@ -82,6 +82,7 @@ fn a_step_that_cannot_be_made_keeps_what_is_there() {
         line.lines().count() == 1 && line.contains("needle 1") && line.contains("node") && line.contains("files kept"),
         "{line}"
     );
+    assert!(line.contains("has left the tissue at (") && line.contains("comes out again is not followed"), "{line}");
     let summary = json(&folder.read("out/summary.json"));
     assert!(summary["failure"].is_string() && summary["steering"]["needles"][0]["depth_m"].as_f64().unwrap() > 0.03);
     assert!(folder.has("out/mesh.svg") && folder.has("out/history.csv"));
