@@ -95,7 +95,17 @@ fn of_scene(scene: Scene) -> Result<Setup, RunError> {
     let end = scene.time.end.unwrap_or_else(|| motions.iter().map(Motion::end).fold(0.0, f64::max));
     if end < scene.time.dt {
         let dt = scene.time.dt;
-        return Err(refuse(format!("time.end: found an end at {end} s, expected at least time.dt = {dt} s")));
+        return Err(refuse(match scene.time.end {
+            Some(_) => format!("time.end: found an end at {end} s, expected at least time.dt = {dt} s"),
+            None => format!(
+                "needle.motion: found a last row at {end} s, where the run ends, expected one at time.dt = {dt} s or \
+                 later, or time.end"
+            ),
+        }));
+    }
+    for (k, (needle, motion)) in needles.iter().zip(&motions).enumerate() {
+        aim::check_edges(needle, motion, end)
+            .map_err(|reason| refuse(format!("needle.edge (row {}): {reason}", k + 1)))?;
     }
     let mut stages = Stages::default();
     let since = Instant::now();
@@ -151,6 +161,8 @@ fn points(scene: &Scene, geometry: &Geometry) -> Result<Vec<(String, [f64; 3])>,
                 geometry.extent()
             ));
         }
+        aim::check_withdrawal(settings, motion, end)
+            .map_err(|reason| refuse(format!("needle.motion (row {}): {reason}", k + 1)))?;
         points.push((name.to_owned(), at));
     }
     Ok(points)
