@@ -12,6 +12,7 @@ use crate::{aim, needle};
 use std::sync::Arc;
 use std::time::Instant;
 use stylet_physics::insertion::NeedleSettings;
+use stylet_scene::{Column, Key, Kind, Place, Problem, SceneError, Value, nearest};
 use stylet_solver::subspace::Subspace;
 use stylet_tissue::source::{BuiltIn, Source};
 use stylet_tissue::stages::{Stage, Stages};
@@ -71,9 +72,50 @@ pub fn open(source: &Source, assignments: &[String]) -> Result<Opened, RunError>
     let mut scene = Scene { name, label, folder, ..Scene::default() };
     TABLE.read(&source.label, &source.text, &mut scene)?;
     for assignment in assignments {
-        TABLE.set(&mut scene, assignment)?;
+        set(&mut scene, assignment)?;
     }
     of_scene(scene).map(|setup| Opened(Arc::new(setup)))
+}
+
+/// Sets `key=value`. A column of an array of tables, such as `needle.bevel`, is that of its only row.
+fn set(scene: &mut Scene, assignment: &str) -> Result<(), RunError> {
+    let Some((key, columns, name, raw)) = column_of(assignment) else { return Ok(TABLE.set(scene, assignment)?) };
+    let array = key.path;
+    let Some(column) = columns.iter().find(|column| column.name == name) else {
+        let nearest = format!("{array}.{}", nearest(name, columns.iter().map(|column| column.name)));
+        let problem = Problem::UnknownKey { key: format!("{array}.{}", name.escape_debug()), nearest };
+        return Err(SceneError { place: Place::Set, problem }.into());
+    };
+    let rows = match (key.get)(scene) {
+        Some(Value::Rows(rows)) => rows,
+        _ => Vec::new(),
+    };
+    let [row] = &rows[..] else {
+        let reason = format!(
+            "found {} rows of [[{array}]], expected exactly one; rows are set together: {array}=[{{ {name} = ..., ... }}, ...]",
+            rows.len()
+        );
+        return Err(SceneError {
+            place: Place::Set,
+            problem: Problem::Rejected { key: format!("{array}.{name}"), reason },
+        }
+        .into());
+    };
+    let others = row.cells().iter().filter(|(other, _)| *other != name);
+    let mut cells: Vec<String> = others.map(|(name, value)| format!("{name} = {value}")).collect();
+    let is_word = matches!(column.kind, Kind::Text | Kind::Choice(_)) && !raw.starts_with(['"', '\'']);
+    let value = if is_word { Value::Text(raw.to_owned()).to_string() } else { raw.to_owned() };
+    cells.push(format!("{name} = {value}"));
+    Ok(TABLE.set(scene, &format!("{array} = [{{ {} }}]", cells.join(", ")))?)
+}
+
+/// The array of tables that an assignment names, its columns, and the column and the value that it gives.
+fn column_of(assignment: &str) -> Option<(&'static Key<Scene>, &'static [Column], &str, &str)> {
+    let (path, raw) = assignment.split_once('=')?;
+    let (array, name) = path.trim().rsplit_once('.')?;
+    let key = TABLE.keys.iter().find(|key| key.path == array)?;
+    let Kind::Rows(columns) = key.kind else { return None };
+    Some((key, columns, name, raw.trim()))
 }
 
 /// Checks a scene and makes its mesh.
@@ -230,6 +272,37 @@ mod tests {
         for built_in in SCENES {
             assert!(built_in.toml.lines().count() <= 60, "{}", built_in.name);
             let mut scene = Scene::default();
+    #[test]
+    fn columns_of_an_only_row_are_set() {
+        let scene = |assignments: &[&str]| {
+            let built_in = SCENES.iter().find(|scene| scene.name == "prostate-flexible").unwrap();
+            let mut scene = Scene::default();
+            TABLE.read(built_in.name, built_in.toml, &mut scene).unwrap();
+            let all: Result<(), RunError> = assignments.iter().try_for_each(|one| super::set(&mut scene, one));
+            all.map(|()| scene).map_err(|error| error.to_string())
+        };
+        let (before, after) = (scene(&[]).unwrap(), scene(&["needle.bevel = 0.1", "needle.edge=0.004"]).unwrap());
+        let (row, was) = (&after.needles[0], &before.needles[0]);
+        assert_eq!((row.get("bevel"), row.get("edge")), (Some(0.1), Some(0.004)));
+        for name in ["base", "direction", "release", "motion"] {
+            assert_eq!(row.value(name), was.value(name), "{name}");
+        }
+        let refusal = |assignment: &str| scene(&[assignment]).unwrap_err();
+        assert_eq!(
+            refusal("needle.bevel=1.2"),
+            "--set: needle.bevel (row 1): found 1.2, expected a number > -1.2 and < 1.2"
+        );
+        assert_eq!(refusal("needle.bevl=1"), "--set: needle.bevl: unknown key; nearest known key is needle.bevel");
+        assert_eq!(
+            refusal("friction.membrane.thickness=1e-3"),
+            "--set: friction.membrane.thickness: found 2 rows of [[friction.membrane]], expected exactly one; \
+             rows are set together: friction.membrane=[{ thickness = ..., ... }, ...]"
+        );
+        // Words need no quotes.
+        let region = ["region=[{ name = \"prostate\" }]", "region.model=corotated"];
+        assert_eq!(scene(&region).unwrap().regions[0].value("model"), Some(&Value::Text("corotated".into())));
+    }
+
             TABLE.read(built_in.name, built_in.toml, &mut scene).unwrap();
             let mut again = Scene::default();
             TABLE.read("written", &TABLE.write(&scene), &mut again).unwrap();
