@@ -161,9 +161,11 @@ fn of_scene(scene: Scene) -> Result<Setup, RunError> {
     let fields = Fields::of(&scene, &geometry).map_err(refuse)?;
     for (k, (settings, motion)) in needles.iter().zip(&motions).enumerate() {
         aim::check(settings, motion, end, &geometry).map_err(|reason| by_row(k, reason))?;
+        aim::check_withdrawal(settings, motion, end)
+            .map_err(|reason| refuse(format!("needle.motion (row {}): {reason}", k + 1)))?;
     }
     let points = points(&scene, &geometry).map_err(refuse)?;
-    let measured = measured(&scene, &points, end)?;
+    let measured = measured(&scene, &points, &geometry.bounds, end)?;
     let held_regions = geometry.regions.iter().filter(|region| region.fixed);
     let fixed: Result<_, String> = held_regions.map(|region| geometry.surface(&region.name)).collect();
     let fixed = fixed.map_err(refuse)?;
@@ -203,20 +205,23 @@ fn points(scene: &Scene, geometry: &Geometry) -> Result<Vec<(String, [f64; 3])>,
                 geometry.extent()
             ));
         }
-        aim::check_withdrawal(settings, motion, end)
-            .map_err(|reason| refuse(format!("needle.motion (row {}): {reason}", k + 1)))?;
         points.push((name.to_owned(), at));
     }
     Ok(points)
 }
 
-fn measured(scene: &Scene, points: &[(String, [f64; 3])], end: f64) -> Result<Option<Measured>, RunError> {
+fn measured(
+    scene: &Scene,
+    points: &[(String, [f64; 3])],
+    bounds: &[[f64; 3]; 2],
+    end: f64,
+) -> Result<Option<Measured>, RunError> {
     let Some(file) = &scene.marker_file else { return Ok(None) };
     let path = scene.folder.join(file);
     let refuse = |reason: String| RunError::Inconsistent { source_name: path.display().to_string(), reason };
     let text = std::fs::read_to_string(&path).map_err(|error| refuse(error.to_string()))?;
     let names: Vec<&str> = points.iter().map(|(name, _)| name.as_str()).collect();
-    Measured::read(&text, &names, end).map(Some).map_err(refuse)
+    Measured::read(&text, &names, bounds, end).map(Some).map_err(refuse)
 }
 
 impl Scenario for Opened {
@@ -268,11 +273,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn built_in_scenes_survive_writing() {
-        for built_in in SCENES {
-            assert!(built_in.toml.lines().count() <= 60, "{}", built_in.name);
-            let mut scene = Scene::default();
-    #[test]
     fn columns_of_an_only_row_are_set() {
         let scene = |assignments: &[&str]| {
             let built_in = SCENES.iter().find(|scene| scene.name == "prostate-flexible").unwrap();
@@ -303,6 +303,11 @@ mod tests {
         assert_eq!(scene(&region).unwrap().regions[0].value("model"), Some(&Value::Text("corotated".into())));
     }
 
+    #[test]
+    fn built_in_scenes_survive_writing() {
+        for built_in in SCENES {
+            assert!(built_in.toml.lines().count() <= 60, "{}", built_in.name);
+            let mut scene = Scene::default();
             TABLE.read(built_in.name, built_in.toml, &mut scene).unwrap();
             let mut again = Scene::default();
             TABLE.read("written", &TABLE.write(&scene), &mut again).unwrap();

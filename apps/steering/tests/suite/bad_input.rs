@@ -135,6 +135,7 @@ fn marker_files() {
         "{line}"
     );
     assert!(refusal("time_s,c_x,c_y,c_z\n").ends_with("line 1: found marker c, expected one of a, b"));
+    assert!(refusal("time_s,a_x,a_y,a_z\n0.1,30,30,60\n").ends_with("expected metres"));
     assert!(refusal("time_s,a_x,a_y,a_z\n7,0,0,0\n").contains("from 0 to 1.6 s, the end of the run"));
     std::fs::remove_file(&path).unwrap();
     let line = try_open(&text, &[]).err().unwrap().to_string();
