@@ -278,7 +278,7 @@ mod tests {
             let built_in = SCENES.iter().find(|scene| scene.name == "prostate-flexible").unwrap();
             let mut scene = Scene::default();
             TABLE.read(built_in.name, built_in.toml, &mut scene).unwrap();
-            let all: Result<(), RunError> = assignments.iter().try_for_each(|one| super::set(&mut scene, one));
+            let all: Result<(), RunError> = assignments.iter().try_for_each(|one| set(&mut scene, one));
             all.map(|()| scene).map_err(|error| error.to_string())
         };
         let (before, after) = (scene(&[]).unwrap(), scene(&["needle.bevel = 0.1", "needle.edge=0.004"]).unwrap());
