@@ -5,6 +5,42 @@ use crate::motion::Motion;
 use stylet_mesh::geometry::cross;
 use stylet_physics::insertion::NeedleSettings;
 
+/// Most edges of a needle out of its sleeve: beyond, its length or that of its edges is a typing error.
+const MOST_EDGES: f64 = 1000.0;
+
+/// Checks that a needle has no more edges than can be stepped, after what a motion pushes out up to `end` (s).
+///
+/// # Errors
+/// What was found and what was expected.
+pub fn check_edges(needle: &NeedleSettings, motion: &Motion, end: f64) -> Result<(), String> {
+    let longest = needle.length + motion.extremes(end)[1].1;
+    if longest <= MOST_EDGES * needle.edge {
+        return Ok(());
+    }
+    Err(format!(
+        "found {:e} m, expected at least {:.3e} m: the needle is {longest:.4} m long at most, in {MOST_EDGES} edges at most",
+        needle.edge,
+        longest / MOST_EDGES
+    ))
+}
+
+/// Checks that a motion up to `end` (s) leaves half an edge of the needle out of its sleeve, which the step needs.
+///
+/// # Errors
+/// What was found and what was expected.
+pub fn check_withdrawal(needle: &NeedleSettings, motion: &Motion, end: f64) -> Result<(), String> {
+    let (t, least) = motion.extremes(end)[0];
+    let most = needle.length - 0.5 * needle.length / (needle.length / needle.edge).round().max(1.0);
+    if -least <= most + 1e-9 * needle.length {
+        return Ok(());
+    }
+    Err(format!(
+        "found a needle that is {:.4} m further back at {t} s than at the start, expected at most {most:.4} m: length = {} m \
+         less half an edge",
+        -least, needle.length
+    ))
+}
+
 /// Checks a needle against the undeformed body: no part of it starts inside, its axis meets the body, and it is pushed far enough.
 /// The axis of a needle whose sleeve is moved, or that is bent by nature, is not looked at.
 ///
@@ -83,6 +119,31 @@ fn point(x: &[f64; 3]) -> String {
 mod tests {
     use super::*;
     use crate::scene::Scene;
+    use stylet_scene::{Row, Value};
+
+    #[test]
+    fn needles_too_long_for_their_edges_or_pulled_back_too_far_are_named() {
+        let check = |edge: f64, speeds: &[f64]| {
+            let needle =
+                NeedleSettings { length: 0.02, edge, ..NeedleSettings::nitinol([0.0; 3], [1.0, 0.0, 0.0]).unwrap() };
+            let rows = speeds.iter().zip(0..).flat_map(|(speed, k)| {
+                let row = |t: i32| Row::from_iter([("t", f64::from(t)), ("insert", *speed)]);
+                [row(k), row(k + 1)]
+            });
+            let mut row = Row::default();
+            row.set("motion", Value::Rows(rows.collect()));
+            let (motion, end) = (Motion::of(&row).unwrap(), speeds.len() as f64);
+            (check_edges(&needle, &motion, end).err(), check_withdrawal(&needle, &motion, end).err())
+        };
+        assert_eq!(check(1e-4, &[0.0799, -0.09]), (None, None));
+        let reason = check(0.9e-4, &[0.08, -0.08]).0.unwrap();
+        assert!(reason.starts_with("found 9e-5 m, expected at least 1.000e-4 m"), "{reason}");
+        // Half an edge of 5 mm has to stay out.
+        assert_eq!(check(5e-3, &[0.03, -0.047]), (None, None));
+        let reason = check(5e-3, &[0.03, -0.048]).1.unwrap();
+        assert!(reason.starts_with("found a needle that is 0.0180 m further back at 2 s"), "{reason}");
+        assert!(reason.contains("expected at most 0.0175 m"), "{reason}");
+    }
 
     #[test]
     fn the_way_to_the_body_is_measured() {

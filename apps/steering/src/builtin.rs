@@ -12,6 +12,7 @@ use crate::{aim, needle};
 use std::sync::Arc;
 use std::time::Instant;
 use stylet_physics::insertion::NeedleSettings;
+use stylet_scene::{Column, Key, Kind, Place, Problem, SceneError, Value, nearest};
 use stylet_solver::subspace::Subspace;
 use stylet_tissue::source::{BuiltIn, Source};
 use stylet_tissue::stages::{Stage, Stages};
@@ -71,9 +72,50 @@ pub fn open(source: &Source, assignments: &[String]) -> Result<Opened, RunError>
     let mut scene = Scene { name, label, folder, ..Scene::default() };
     TABLE.read(&source.label, &source.text, &mut scene)?;
     for assignment in assignments {
-        TABLE.set(&mut scene, assignment)?;
+        set(&mut scene, assignment)?;
     }
     of_scene(scene).map(|setup| Opened(Arc::new(setup)))
+}
+
+/// Sets `key=value`. A column of an array of tables, such as `needle.bevel`, is that of its only row.
+fn set(scene: &mut Scene, assignment: &str) -> Result<(), RunError> {
+    let Some((key, columns, name, raw)) = column_of(assignment) else { return Ok(TABLE.set(scene, assignment)?) };
+    let array = key.path;
+    let Some(column) = columns.iter().find(|column| column.name == name) else {
+        let nearest = format!("{array}.{}", nearest(name, columns.iter().map(|column| column.name)));
+        let problem = Problem::UnknownKey { key: format!("{array}.{}", name.escape_debug()), nearest };
+        return Err(SceneError { place: Place::Set, problem }.into());
+    };
+    let rows = match (key.get)(scene) {
+        Some(Value::Rows(rows)) => rows,
+        _ => Vec::new(),
+    };
+    let [row] = &rows[..] else {
+        let reason = format!(
+            "found {} rows of [[{array}]], expected exactly one; rows are set together: {array}=[{{ {name} = ..., ... }}, ...]",
+            rows.len()
+        );
+        return Err(SceneError {
+            place: Place::Set,
+            problem: Problem::Rejected { key: format!("{array}.{name}"), reason },
+        }
+        .into());
+    };
+    let others = row.cells().iter().filter(|(other, _)| *other != name);
+    let mut cells: Vec<String> = others.map(|(name, value)| format!("{name} = {value}")).collect();
+    let is_word = matches!(column.kind, Kind::Text | Kind::Choice(_)) && !raw.starts_with(['"', '\'']);
+    let value = if is_word { Value::Text(raw.to_owned()).to_string() } else { raw.to_owned() };
+    cells.push(format!("{name} = {value}"));
+    Ok(TABLE.set(scene, &format!("{array} = [{{ {} }}]", cells.join(", ")))?)
+}
+
+/// The array of tables that an assignment names, its columns, and the column and the value that it gives.
+fn column_of(assignment: &str) -> Option<(&'static Key<Scene>, &'static [Column], &str, &str)> {
+    let (path, raw) = assignment.split_once('=')?;
+    let (array, name) = path.trim().rsplit_once('.')?;
+    let key = TABLE.keys.iter().find(|key| key.path == array)?;
+    let Kind::Rows(columns) = key.kind else { return None };
+    Some((key, columns, name, raw.trim()))
 }
 
 /// Checks a scene and makes its mesh.
@@ -95,7 +137,17 @@ fn of_scene(scene: Scene) -> Result<Setup, RunError> {
     let end = scene.time.end.unwrap_or_else(|| motions.iter().map(Motion::end).fold(0.0, f64::max));
     if end < scene.time.dt {
         let dt = scene.time.dt;
-        return Err(refuse(format!("time.end: found an end at {end} s, expected at least time.dt = {dt} s")));
+        return Err(refuse(match scene.time.end {
+            Some(_) => format!("time.end: found an end at {end} s, expected at least time.dt = {dt} s"),
+            None => format!(
+                "needle.motion: found a last row at {end} s, where the run ends, expected one at time.dt = {dt} s or \
+                 later, or time.end"
+            ),
+        }));
+    }
+    for (k, (needle, motion)) in needles.iter().zip(&motions).enumerate() {
+        aim::check_edges(needle, motion, end)
+            .map_err(|reason| refuse(format!("needle.edge (row {}): {reason}", k + 1)))?;
     }
     let mut stages = Stages::default();
     let since = Instant::now();
@@ -109,9 +161,11 @@ fn of_scene(scene: Scene) -> Result<Setup, RunError> {
     let fields = Fields::of(&scene, &geometry).map_err(refuse)?;
     for (k, (settings, motion)) in needles.iter().zip(&motions).enumerate() {
         aim::check(settings, motion, end, &geometry).map_err(|reason| by_row(k, reason))?;
+        aim::check_withdrawal(settings, motion, end)
+            .map_err(|reason| refuse(format!("needle.motion (row {}): {reason}", k + 1)))?;
     }
     let points = points(&scene, &geometry).map_err(refuse)?;
-    let measured = measured(&scene, &points, end)?;
+    let measured = measured(&scene, &points, &geometry.bounds, end)?;
     let held_regions = geometry.regions.iter().filter(|region| region.fixed);
     let fixed: Result<_, String> = held_regions.map(|region| geometry.surface(&region.name)).collect();
     let fixed = fixed.map_err(refuse)?;
@@ -156,13 +210,18 @@ fn points(scene: &Scene, geometry: &Geometry) -> Result<Vec<(String, [f64; 3])>,
     Ok(points)
 }
 
-fn measured(scene: &Scene, points: &[(String, [f64; 3])], end: f64) -> Result<Option<Measured>, RunError> {
+fn measured(
+    scene: &Scene,
+    points: &[(String, [f64; 3])],
+    bounds: &[[f64; 3]; 2],
+    end: f64,
+) -> Result<Option<Measured>, RunError> {
     let Some(file) = &scene.marker_file else { return Ok(None) };
     let path = scene.folder.join(file);
     let refuse = |reason: String| RunError::Inconsistent { source_name: path.display().to_string(), reason };
     let text = std::fs::read_to_string(&path).map_err(|error| refuse(error.to_string()))?;
     let names: Vec<&str> = points.iter().map(|(name, _)| name.as_str()).collect();
-    Measured::read(&text, &names, end).map(Some).map_err(refuse)
+    Measured::read(&text, &names, bounds, end).map(Some).map_err(refuse)
 }
 
 impl Scenario for Opened {
@@ -212,6 +271,37 @@ impl Scenario for Opened {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn columns_of_an_only_row_are_set() {
+        let scene = |assignments: &[&str]| {
+            let built_in = SCENES.iter().find(|scene| scene.name == "prostate-flexible").unwrap();
+            let mut scene = Scene::default();
+            TABLE.read(built_in.name, built_in.toml, &mut scene).unwrap();
+            let all: Result<(), RunError> = assignments.iter().try_for_each(|one| set(&mut scene, one));
+            all.map(|()| scene).map_err(|error| error.to_string())
+        };
+        let (before, after) = (scene(&[]).unwrap(), scene(&["needle.bevel = 0.1", "needle.edge=0.004"]).unwrap());
+        let (row, was) = (&after.needles[0], &before.needles[0]);
+        assert_eq!((row.get("bevel"), row.get("edge")), (Some(0.1), Some(0.004)));
+        for name in ["base", "direction", "release", "motion"] {
+            assert_eq!(row.value(name), was.value(name), "{name}");
+        }
+        let refusal = |assignment: &str| scene(&[assignment]).unwrap_err();
+        assert_eq!(
+            refusal("needle.bevel=1.2"),
+            "--set: needle.bevel (row 1): found 1.2, expected a number > -1.2 and < 1.2"
+        );
+        assert_eq!(refusal("needle.bevl=1"), "--set: needle.bevl: unknown key; nearest known key is needle.bevel");
+        assert_eq!(
+            refusal("friction.membrane.thickness=1e-3"),
+            "--set: friction.membrane.thickness: found 2 rows of [[friction.membrane]], expected exactly one; \
+             rows are set together: friction.membrane=[{ thickness = ..., ... }, ...]"
+        );
+        // Words need no quotes.
+        let region = ["region=[{ name = \"prostate\" }]", "region.model=corotated"];
+        assert_eq!(scene(&region).unwrap().regions[0].value("model"), Some(&Value::Text("corotated".into())));
+    }
 
     #[test]
     fn built_in_scenes_survive_writing() {

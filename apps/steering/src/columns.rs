@@ -54,7 +54,12 @@ pub(crate) const NEEDLE: &[Column] = &[
     required("base", POINT, "m", "mouth of the sleeve, outside the tissue"),
     required("direction", POINT, "", "where the sleeve points"),
     optional("length", LENGTH, "m", "what is out of the sleeve at the start; left out: 0.02"),
-    optional("edge", LENGTH, "m", "length of the edges there; left out: 0.005"),
+    optional(
+        "edge",
+        LENGTH,
+        "m",
+        "length of the edges there, 1000 of them at most in all that is pushed out; left out: 0.005",
+    ),
     optional("young", POSITIVE, "Pa", "Young's modulus; left out: 60e9, nitinol"),
     optional("poisson", POISSON, "", "Poisson's ratio; left out: 0.33"),
     optional("density", DENSITY, "kg/m^3", "density; left out: 6450"),
@@ -66,7 +71,7 @@ pub(crate) const NEEDLE: &[Column] = &[
     optional("linear_density", POSITIVE, "kg/m", "mass by length, instead of what follows from the material"),
     optional(
         "bevel",
-        Kind::between(Bound::Inclusive(-1.2), Bound::Inclusive(1.2)),
+        Kind::between(Bound::Exclusive(-1.2), Bound::Exclusive(1.2)),
         "rad",
         "psi: the tip moves by tan psi across for each unit along; left out: 0, a symmetric tip",
     ),

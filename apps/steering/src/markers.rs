@@ -7,6 +7,9 @@ use stylet_tissue::summary::MarkerError;
 /// How far outside a cell a point still counts as in it, in barycentric coordinates.
 const SLACK: f64 = 1e-9;
 
+/// Positions further than so many sizes of the body from it are in another unit.
+const FAR: f64 = 10.0;
+
 /// A material point: where it is in the undeformed body, and in which cell.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Tracked {
@@ -73,11 +76,13 @@ pub struct Measured {
 
 impl Measured {
     /// Reads a table with the head `time_s,NAME_x,NAME_y,NAME_z,...` and a row for each time, ascending and up to `end` (s).
-    /// `names` are those of the markers.
+    /// `names` are those of the markers; `bounds` are the lower and the upper corner of the box around the body, m. A byte order
+    /// mark, which spreadsheets write, is skipped.
     ///
     /// # Errors
     /// The line, what was found and what was expected.
-    pub fn read(text: &str, names: &[&str], end: f64) -> Result<Self, String> {
+    pub fn read(text: &str, names: &[&str], bounds: &[[f64; 3]; 2], end: f64) -> Result<Self, String> {
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         let mut lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
         let head = lines.next().map_or("", |(_, line)| line);
         let columns: Vec<&str> = head.split(',').map(str::trim).collect();
@@ -97,6 +102,14 @@ impl Measured {
                 return Err(format!("line {number}: {name}: found {found:?}, expected a number"));
             }
             let numbers: Vec<f64> = numbers.into_iter().flatten().collect();
+            if let Some(column) = (1..numbers.len()).find(|&column| is_far(numbers[column], (column - 1) % 3, bounds)) {
+                let (name, found, axis) = (columns[column], numbers[column], (column - 1) % 3);
+                let [low, high] = [bounds[0][axis], bounds[1][axis]];
+                return Err(format!(
+                    "line {number}: {name}: found {found}, more than {FAR} body sizes from the body, which reaches from \
+                     {low:.4} to {high:.4} m there; expected metres"
+                ));
+            }
             let t = numbers[0];
             if !(t > before && (0.0..=end * (1.0 + 1e-9)).contains(&t)) {
                 let expected = if t > before {
@@ -144,6 +157,12 @@ impl Measured {
     }
 }
 
+/// Whether a coordinate is so far from the body that its unit must be wrong.
+fn is_far(x: f64, axis: usize, [low, high]: &[[f64; 3]; 2]) -> bool {
+    let size = (0..3).map(|k| high[k] - low[k]).fold(0.0, f64::max);
+    x < low[axis] - FAR * size || x > high[axis] + FAR * size
+}
+
 /// The markers of a head.
 fn heads(columns: &[&str], names: &[&str]) -> Result<Vec<usize>, String> {
     if columns.first() != Some(&"time_s") {
@@ -166,6 +185,9 @@ fn heads(columns: &[&str], names: &[&str]) -> Result<Vec<usize>, String> {
                 if names.is_empty() { "a scene with markers".into() } else { format!("one of {}", names.join(", ")) };
             return Err(format!("line 1: found marker {name}, expected {known}"));
         };
+        if markers.contains(&marker) {
+            return Err(format!("line 1: found marker {name} once more, expected each marker once"));
+        }
         markers.push(marker);
     }
     Ok(markers)
@@ -175,6 +197,15 @@ fn heads(columns: &[&str], names: &[&str]) -> Result<Vec<usize>, String> {
 mod tests {
     use super::*;
     use stylet_mesh::generate::kuhn_box;
+
+    const BOX: [[f64; 3]; 2] = [[0.0; 3], [1.0, 2.0, 4.0]];
+
+    #[test]
+    fn a_byte_order_mark_is_skipped_and_times_after_the_end_are_left_out() {
+        let measured = Measured::read("\u{feff}time_s,a_x,a_y,a_z\n0.5,0,41.9,0\n", &["a"], &BOX, 1.0).unwrap();
+        assert_eq!(measured.error(&[(0.0, vec![[0.0; 3]]), (0.4, vec![[0.0; 3]])]).count, 0);
+        assert_eq!(measured.error(&[(0.0, vec![[0.0; 3]]), (0.5, vec![[0.0; 3]])]).count, 1);
+    }
 
     #[test]
     fn points_follow_the_body() {
@@ -190,7 +221,7 @@ mod tests {
     #[test]
     fn errors_are_distances_at_the_times_of_the_file() {
         let text = "time_s,b_x,b_y,b_z,a_x,a_y,a_z\n0.5,0,0,0,0.0005,0,0\n1.0,0,0,0.0025,0.001,0,0\n";
-        let measured = Measured::read(text, &["a", "b"], 2.0).unwrap();
+        let measured = Measured::read(text, &["a", "b"], &BOX, 2.0).unwrap();
         // a moves along x by 1 mm a second, b stays.
         let track: Vec<_> = (0..3).map(|k| (f64::from(k), vec![[1e-3 * f64::from(k), 0.0, 0.0], [0.0; 3]])).collect();
         let error = measured.error(&track);
@@ -201,13 +232,22 @@ mod tests {
 
     #[test]
     fn files_that_do_not_fit_are_refused_by_line() {
-        let refusal = |text: &str| Measured::read(text, &["a"], 1.0).unwrap_err();
+        let refusal = |text: &str| Measured::read(text, &["a"], &BOX, 1.0).unwrap_err();
         let head = "time_s,a_x,a_y,a_z\n";
         for (text, reason) in [
             ("t,a_x,a_y,a_z\n".to_owned(), "line 1: found \"t\" in the first column, expected time_s"),
             ("time_s,a_x,a_y\n".to_owned(), "line 1: found 3 columns, expected time_s and three for each marker"),
             ("time_s,a_x,a_z,a_y\n".to_owned(), "line 1: found column a_z, expected a_y"),
             ("time_s,c_x,c_y,c_z\n".to_owned(), "line 1: found marker c, expected one of a"),
+            (
+                "time_s,a_x,a_y,a_z,a_x,a_y,a_z\n".to_owned(),
+                "line 1: found marker a once more, expected each marker once",
+            ),
+            (
+                format!("{head}0,0,43,0\n"),
+                "line 2: a_y: found 43, more than 10 body sizes from the body, which reaches from 0.0000 to 2.0000 m there; \
+                 expected metres",
+            ),
             (format!("{head}0,1,2\n"), "line 2: found 3 columns, expected 4 as in the head"),
             (format!("{head}\n0,1,x,2\n"), "line 3: a_y: found \"x\", expected a number"),
             (format!("{head}0,1,1,nan\n"), "line 2: a_z: found \"nan\", expected a number"),

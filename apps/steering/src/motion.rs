@@ -98,6 +98,29 @@ impl Motion {
         self.insert.integral(t)[0]
     }
 
+    /// The time (s) and the length pushed out of the sleeve since the start (m) where that is least and where it is greatest
+    /// from 0 to `end` (s).
+    #[must_use]
+    pub fn extremes(&self, end: f64) -> [(f64, f64); 2] {
+        let rows = &self.insert.0;
+        let turns = rows.windows(2).filter(|pair| pair[0].1[0] * pair[1].1[0] < 0.0).map(|pair| {
+            let [(from, [start]), (to, [end])] = [pair[0], pair[1]];
+            from + (to - from) * start / (start - end)
+        });
+        let times = rows.iter().map(|row| row.0).chain(turns).filter(|t| (0.0..end).contains(t)).chain([0.0, end]);
+        let mut extremes = [(0.0, 0.0); 2];
+        for t in times {
+            let inserted = self.inserted(t);
+            if inserted < extremes[0].1 {
+                extremes[0] = (t, inserted);
+            }
+            if inserted > extremes[1].1 {
+                extremes[1] = (t, inserted);
+            }
+        }
+        extremes
+    }
+
     /// Whether the sleeve moves at all.
     #[must_use]
     pub fn moves_sleeve(&self) -> bool {
@@ -156,6 +179,14 @@ mod tests {
         assert!((motion.mean(1.2, 0.1).insert - 0.02).abs() < 1e-15);
         assert!((motion.deepest(3.0, 0.1) - 2.0).abs() < 1e-9);
         assert_eq!((motion.end(), motion.moves_sleeve()), (3.0, false));
+    }
+
+    #[test]
+    fn extremes_are_at_turns_between_rows_too() {
+        // 1 - t: out until 1 s, 0.5 m; back past the start at 2 s.
+        let motion = motion(vec![row(&[("t", 0.0), ("insert", 1.0)]), row(&[("t", 4.0), ("insert", -3.0)])]).unwrap();
+        assert_eq!(motion.extremes(4.0), [(4.0, -4.0), (1.0, 0.5)]);
+        assert_eq!(motion.extremes(0.5), [(0.0, 0.0), (0.5, 0.375)]);
     }
 
     #[test]

@@ -76,7 +76,7 @@ pub enum InsertionError {
         region: u32,
     },
     /// The tip has come out on the other side.
-    #[error("needle {needle} has left the tissue at ({:.4e}, {:.4e}, {:.4e}) m: a needle that comes out at the back is not followed", at[0], at[1], at[2])]
+    #[error("needle {needle} has left the tissue at ({:.4e}, {:.4e}, {:.4e}) m: a needle that comes out again is not followed", at[0], at[1], at[2])]
     LeftTissue {
         /// The needle.
         needle: usize,

@@ -82,9 +82,55 @@ fn a_step_that_cannot_be_made_keeps_what_is_there() {
         line.lines().count() == 1 && line.contains("needle 1") && line.contains("node") && line.contains("files kept"),
         "{line}"
     );
+    assert!(line.contains("has left the tissue at (") && line.contains("comes out again is not followed"), "{line}");
     let summary = json(&folder.read("out/summary.json"));
     assert!(summary["failure"].is_string() && summary["steering"]["needles"][0]["depth_m"].as_f64().unwrap() > 0.03);
     assert!(folder.has("out/mesh.svg") && folder.has("out/history.csv"));
+}
+
+#[test]
+fn a_tip_that_comes_into_what_is_fixed_stops_the_run() {
+    let folder = Folder::new();
+    // Straight at the upper of two rigid cylinders, 33 mm behind the skin, which forces would let it cut.
+    let scene = folder.file(
+        "bone.toml",
+        "[mesh]\nshape = \"two-cylinders\"\n[support]\nsides = \"right\"\n[friction]\ncutting = 0.2\n\
+         [[needle]]\nbase = [-0.021, 0.016, 0.0]\ndirection = [1.0, 0.0, 0.0]\n\
+         motion = [{ t = 0.0, insert = 0.05 }, { t = 1.2, insert = 0.05 }]\n",
+    );
+    let output = folder.run(&format!("run {scene} --out out --quiet"));
+    let line = stderr(&output);
+    assert_eq!(output.status.code(), Some(3), "{line}");
+    let known = "needle 1 has come into region upper cylinder, which is fixed, at (0.03";
+    assert!(line.lines().count() == 1 && line.contains(known), "{line}");
+    assert!(line.contains("m deep") && line.contains("files kept"), "{line}");
+    let summary = json(&folder.read("out/summary.json"));
+    assert!(summary["failure"].as_str().unwrap().contains("upper cylinder"));
+    assert!((0.03..0.042).contains(&summary["steering"]["needles"][0]["depth_m"].as_f64().unwrap()), "{summary}");
+    assert!(folder.has("out/mesh.svg") && folder.has("out/history.csv"));
+}
+
+#[test]
+fn what_did_not_come_about_is_noted() {
+    let folder = Folder::new();
+    let scene = folder.file(
+        "gel.toml",
+        format!("[markers]\nfile = \"m.csv\"\n{GEL}")
+            .replace("bevel = 0.1", "friction_ratio = 100.0\nrelease = [0.01]")
+            .replace("cutting = 0.2", "cutting = 100.0"),
+    );
+    folder.file("m.csv", "time_s,a_x,a_y,a_z\n0.8,0.03,0.03,0.05\n");
+    let notes = |options: &str| -> Vec<String> {
+        let summary = json(&folder.succeed(&format!("run {scene} --no-files --json --quiet {options}")));
+        let notes = summary["steering"]["notes"].as_array().unwrap().iter();
+        notes.map(|note| note.as_str().unwrap().to_owned()).collect()
+    };
+    let dented = notes("--steps 10");
+    assert_eq!(dented.len(), 3, "{dented:?}");
+    assert!(dented[0].starts_with("needle 1 dented the tissue but never cut it: pushed with "), "{dented:?}");
+    assert!(dented[1].starts_with("needle 1 left no seed at 10.00 mm of depth: it came to 0.0"), "{dented:?}");
+    assert_eq!(dented[2], "markers.file has no position within the run, which ended at 0.2000 s");
+    assert!(notes("--set friction.cutting=0.2 --set needle.friction_ratio=1").is_empty());
 }
 
 #[test]

@@ -144,6 +144,7 @@ impl Simulation for Run {
         self.step_seconds.push(seconds);
         self.add_stages(&times);
         let report = result.map_err(|error| self.failure(&error))?;
+        self.check_tips()?;
         self.steps += 1;
         let t = self.time(self.steps);
         let opened = Arc::clone(&self.opened);

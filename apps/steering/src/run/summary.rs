@@ -7,7 +7,8 @@ use stylet_mesh::{VertexId, quality};
 use stylet_physics::insertion::Needle;
 use stylet_tissue::Simulation;
 use stylet_tissue::summary::{
-    FlexibleNeedle, MarkerSummary, NeedleSummary, Probe, QualitySummary, SolverSummary, SteeringSummary, Summary,
+    FlexibleNeedle, MarkerError, MarkerSummary, NeedleSummary, Probe, QualitySummary, SolverSummary, SteeringSummary,
+    Summary,
 };
 
 impl Run {
@@ -93,8 +94,31 @@ impl Run {
             clearance_m: record.clearance,
             markers: record.markers.iter().zip(&record.closest).map(marker).collect(),
             seeds: record.seed_summaries(),
-            marker_error: self.opened.measured.as_ref().map(|measured| measured.error(&record.track)),
+            notes: self.notes(),
+            marker_error: self.marker_error().filter(|error| error.count > 0),
         }
+    }
+
+    fn marker_error(&self) -> Option<MarkerError> {
+        self.opened.measured.as_ref().map(|measured| measured.error(&self.record.track))
+    }
+
+    /// What did not come about although the scene asks for it.
+    fn notes(&self) -> Vec<String> {
+        let mut notes = Vec::new();
+        let edge = self.opened.geometry.mean_edge();
+        for (k, (needle, traces)) in self.insertion.needles().iter().zip(&self.record.traces).enumerate() {
+            let made = self.needle(needle, traces);
+            let touched = traces.iter().any(|trace| trace.reference.is_some());
+            notes.extend(entry_note(k + 1, touched, &made, edge));
+            let left: Vec<f64> = self.record.seeds.iter().filter(|seed| seed.0 == k).map(|seed| seed.1).collect();
+            notes.extend(seed_note(k + 1, &self.opened.releases[k], &left, made.max_depth_m));
+        }
+        if self.marker_error().is_some_and(|error| error.count == 0) {
+            let end = self.time(self.steps);
+            notes.push(format!("markers.file has no position within the run, which ended at {end:.4} s"));
+        }
+        notes
     }
 
     fn needle(&self, needle: &Needle, traces: &[Trace]) -> FlexibleNeedle {
@@ -125,5 +149,52 @@ impl Run {
         let Some(inside) = found else { return vec![f64::NAN; 3] };
         let (vertices, u) = (mesh.cell(inside.cell), self.displacement());
         (0..3).map(|k| (0..4).map(|i| inside.barycentric[i] * u[3 * vertices[i].index() + k]).sum()).collect()
+    }
+}
+
+/// A line about a needle, counted from 1, that has not cut the skin: one that is pushed no deeper than a tenth of an edge (m) has
+/// only pressed on it.
+fn entry_note(number: usize, touched: bool, needle: &FlexibleNeedle, edge: f64) -> Option<String> {
+    if !touched {
+        return Some(format!("needle {number} was never in the tissue"));
+    }
+    let push = needle.max_push_n;
+    (needle.max_depth_m < 0.1 * edge && push > 0.0)
+        .then(|| format!("needle {number} dented the tissue but never cut it: pushed with {push:.3} N at most"))
+}
+
+/// A line about depths (m) at which a needle was to leave seeds, and has not.
+fn seed_note(number: usize, asked: &[f64], left: &[f64], deepest: f64) -> Option<String> {
+    let missing = asked.iter().filter(|depth| !left.contains(depth));
+    let missing: Vec<String> = missing.map(|depth| format!("{:.2}", 1e3 * depth)).collect();
+    (!missing.is_empty()).then(|| {
+        format!(
+            "needle {number} left no seed at {} mm of depth: it came to {:.2} mm at most, and leaves seeds on its way back",
+            missing.join(", "),
+            1e3 * deepest
+        )
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn needles_that_did_not_cut_are_noted() {
+        let note = |touched, max_depth_m, max_push_n| {
+            entry_note(2, touched, &FlexibleNeedle { max_depth_m, max_push_n, ..FlexibleNeedle::default() }, 0.01)
+        };
+        assert_eq!(note(false, 0.0, 0.0).unwrap(), "needle 2 was never in the tissue");
+        let dented = "needle 2 dented the tissue but never cut it: pushed with 1.500 N at most";
+        assert_eq!(note(true, 0.9e-3, 1.5).unwrap(), dented);
+        assert_eq!((note(true, 1.1e-3, 1.5), note(true, 0.9e-3, 0.0)), (None, None));
+    }
+
+    #[test]
+    fn seeds_that_were_not_left_are_noted() {
+        assert_eq!(seed_note(1, &[0.02, 0.03], &[0.03, 0.02], 0.04), None);
+        let note = seed_note(1, &[0.05, 0.02, 0.06], &[0.02], 0.04).unwrap();
+        assert!(note.starts_with("needle 1 left no seed at 50.00, 60.00 mm of depth: it came to 40.00 mm"), "{note}");
     }
 }

@@ -56,6 +56,13 @@ fn needles_that_there_are_not() {
     refused("bevel = 0.1", "bevel = 0.1\nbending = nan", &["needle.bending (row 1): found nan"]);
     refused("bevel = 0.1", "bevel = 0.1\nyoung = 0", &["needle.young (row 1): found 0, expected a number > 0"]);
     refused("bevel = 0.1", "bevel = 1.6", &["needle.bevel (row 1): found 1.6"]);
+    refused("bevel = 0.1", "bevel = 1.2", &["needle.bevel (row 1): found 1.2, expected a number > -1.2 and < 1.2"]);
+    refused(
+        "bevel = 0.1",
+        "bevel = 0.1\nedge = 1e-6",
+        &["needle.edge (row 1): found 1e-6 m, expected at least 6.000e-5 m"],
+    );
+    refused("bevel = 0.1", "bevel = 0.1\nlength = 1e-5\nedge = 1e-5", &["needle.edge (row 1): found 1e-5 m"]);
     refused("bevel = 0.1", "bevel = 0.1\nfriction_ratio = 0.5", &["needle.friction_ratio (row 1): found 0.5"]);
     refused("bevel = 0.1", "bevl = 0.1", &["needle.bevl (row 1): unknown key; nearest known key is needle.bevel"]);
     refused("release = [0.02, 0.03]", "release = [0.02, -0.03]", &["release: found -0.03 m"]);
@@ -70,6 +77,16 @@ fn motion_out_of_order() {
         "{ t = 0.7, insert = 0.0 }",
         &["motion (row 4): t: found 0.7 s after 0.8 s", "ascending"],
     );
+    // 40 mm out, and 70 mm back.
+    refused(
+        "{ t = 0.9, insert = -0.07 }, { t = 1.6, insert = -0.07 }",
+        "{ t = 0.9, insert = -0.07 }, { t = 1.9, insert = -0.07 }",
+        &["needle.motion (row 1): found a needle that is 0.0300 m further back at 1.9 s", "expected at most 0.0175 m"],
+    );
+    let still = format!("{}motion = [{{ t = 0, insert = 0.05 }}]", &GEL[..GEL.find("motion").unwrap()]);
+    assert!(refusal(&still).contains("needle.motion: found a last row at 0 s, where the run ends, expected one at"));
+    let end = still.replace("[support]", "[time]\nend = 0.01\n[support]");
+    assert!(refusal(&end).contains("time.end: found an end at 0.01 s"));
     refused("{ t = 0.9, insert = 0.0 }", "{ insert = 0.0 }", &["needle.motion (row 1).t (row 4): missing"]);
 }
 
@@ -132,6 +149,7 @@ fn marker_files() {
         "{line}"
     );
     assert!(refusal("time_s,c_x,c_y,c_z\n").ends_with("line 1: found marker c, expected one of a, b"));
+    assert!(refusal("time_s,a_x,a_y,a_z\n0.1,30,30,60\n").ends_with("expected metres"));
     assert!(refusal("time_s,a_x,a_y,a_z\n7,0,0,0\n").contains("from 0 to 1.6 s, the end of the run"));
     std::fs::remove_file(&path).unwrap();
     let line = try_open(&text, &[]).err().unwrap().to_string();

@@ -252,6 +252,11 @@ mod tests {
             warnings(&[all, "material.poisson=0.35"]),
             ["material.poisson: 0.35 is without effect: every cell is in a [[region]] with poisson of its own"]
         );
+        // Nor does a tissue without cells lock.
+        assert_eq!(
+            warnings(&[all, "material.poisson=0.49"]),
+            ["material.poisson: 0.49 is without effect: every cell is in a [[region]] with poisson of its own"]
+        );
         // Some cells are enough.
         let low = "region=[{ name = \"low\", box = [-9, -9, -9, 9, 9, 0.05], poisson = 0.3 }]";
         assert!(warnings(&[low, "material.poisson=0.35"]).is_empty());

@@ -84,14 +84,16 @@ impl<const D: usize> Setup<D> {
     fn look<const N: usize>(&self, scene: &Scene, geometry: &Geometry<D, N>) -> Vec<String> {
         let mut load = vec![0.0; D * geometry.mesh.n_vertex_slots()];
         self.load(0.0, &mut load);
-        let softest = self.tissues.iter().map(|tissue| tissue.young).fold(f64::INFINITY, f64::min);
-        let poisson = self.tissues.iter().map(|tissue| tissue.poisson).fold(-1.0, f64::max);
+        let mut in_use = vec![false; self.tissues.len()];
+        geometry.mesh.cells().for_each(|cell| in_use[geometry.mesh.region(cell) as usize] = true);
+        // A tissue without cells neither gives way nor locks.
+        let used = || self.tissues.iter().zip(&in_use).filter(|(_, in_use)| **in_use).map(|(tissue, _)| tissue);
+        let softest = used().map(|tissue| tissue.young).fold(f64::INFINITY, f64::min);
+        let poisson = used().map(|tissue| tissue.poisson).fold(-1.0, f64::max);
         let strain = examine_load(&geometry.mesh, scene.mesh.thickness, softest, &load);
         // A sheet has room for its volume in its thickness.
         let thin = D == 2 && scene.material.plane != Some(PlaneKind::Strain);
         let locking = if thin { None } else { examine_material(poisson) };
-        let mut in_use = vec![false; self.tissues.len()];
-        geometry.mesh.cells().for_each(|cell| in_use[geometry.mesh.region(cell) as usize] = true);
         let findings = strain.into_iter().chain(locking).map(|finding| name_keys(&finding, softest));
         findings.chain(idle_keys(scene, &in_use)).collect()
     }
