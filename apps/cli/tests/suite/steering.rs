@@ -84,8 +84,18 @@ fn a_step_that_cannot_be_made_keeps_what_is_there() {
     );
     assert!(line.contains("has left the tissue at (") && line.contains("comes out again is not followed"), "{line}");
     let summary = json(&folder.read("out/summary.json"));
-    assert!(summary["failure"].is_string() && summary["steering"]["needles"][0]["depth_m"].as_f64().unwrap() > 0.03);
+    let needle = &summary["steering"]["needles"][0];
+    assert!(summary["failure"].is_string() && needle["depth_m"].as_f64().unwrap() > 0.03);
     assert!(folder.has("out/mesh.svg") && folder.has("out/history.csv"));
+    // What is left is the end of the last whole step, not the middle of the one that failed.
+    let history = folder.read("out/history.csv");
+    let mut lines = history.lines();
+    let names: Vec<&str> = lines.next().unwrap().split(',').collect();
+    let last: Vec<&str> = lines.last().unwrap().split(',').collect();
+    let of = |name: &str| last[names.iter().position(|n| *n == name).unwrap()].parse::<f64>().unwrap();
+    assert_eq!(needle["depth_m"].as_f64().unwrap(), of("depth_m"));
+    let tip: Vec<f64> = needle["tip"].as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect();
+    assert_eq!(tip, [of("tip_x"), of("tip_y"), of("tip_z")]);
 }
 
 #[test]

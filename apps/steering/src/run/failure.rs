@@ -101,6 +101,7 @@ pub(super) fn named(error: &InsertionError) -> String {
             reason:
                 CouplingError::Rod { needle, .. }
                 | CouplingError::Overrun { needle, .. }
+                | CouplingError::Thrown { needle, .. }
                 | CouplingError::Shape { needle, .. },
             ..
         } => *needle += 1,

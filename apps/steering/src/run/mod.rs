@@ -1,5 +1,6 @@
 //! A running scene of flexible needles.
 
+mod checkpoint;
 mod failure;
 mod history;
 mod settings;
@@ -7,9 +8,8 @@ mod summary;
 
 use crate::builtin::Setup;
 use crate::record::Record;
-use crate::scene::PreconditionerKind;
-use crate::two_level::TwoLevelSteps;
 use crate::{frames, keys, picture, tissue};
+use checkpoint::{Checkpoint, precondition, revive};
 use failure::named;
 use serde::{Deserialize, Serialize};
 use settings::settings;
@@ -43,6 +43,7 @@ pub(crate) struct SavedRun {
 pub(crate) struct Run {
     pub(crate) opened: Arc<Setup>,
     pub(crate) insertion: Insertion<Solid>,
+    checkpoint: Checkpoint,
     pub(crate) record: Record,
     steps: usize,
     n_steps: usize,
@@ -92,9 +93,7 @@ impl Run {
             let (found, expected) = (record.traces.len(), opened.needles.len());
             return Err(refuse(format!("found the state of {found} needles, expected {expected}")));
         }
-        let body = tissue::body(insertion.mesh(), &opened.tissues, &opened.scene, &team).map_err(refuse)?;
-        let insertion = Insertion::resume(insertion, body, settings(&opened), opened.fields.clone(), [0.0; 3], &team)
-            .map_err(|error| refuse(error.to_string()))?;
+        let insertion = revive(&opened, insertion, &team).map_err(refuse)?;
         let stages = opened.stages;
         Ok(Self::new(opened, insertion, record, steps, stages, threads))
     }
@@ -107,21 +106,26 @@ impl Run {
         stages: Stages,
         threads: usize,
     ) -> Self {
-        if opened.scene.solver.preconditioner == PreconditionerKind::TwoLevel {
-            insertion.integrator().set_preconditioner(TwoLevelSteps::default());
-        }
+        precondition(&opened, &mut insertion);
+        let checkpoint = Checkpoint::of(steps, &insertion);
         let dt = opened.scene.time.dt;
         let in_steps = |t: f64| (t / dt).round().max(1.0) as usize;
         let n_steps = in_steps(opened.end);
         let deepest = in_steps(opened.motions[0].deepest(opened.end, dt));
         let (step_seconds, wall) = (Vec::new(), 0.0);
-        Self { opened, insertion, record, steps, n_steps, deepest, stages, step_seconds, threads, wall }
+        Self { opened, insertion, checkpoint, record, steps, n_steps, deepest, stages, step_seconds, threads, wall }
     }
 
     /// Time after so many steps, s.
     fn time(&self, steps: usize) -> f64 {
         steps as f64 * self.opened.scene.time.dt
     }
+}
+
+/// What the bases do in the step after so many.
+fn motions(opened: &Setup, steps: usize) -> Vec<BaseMotion> {
+    let h = opened.scene.time.dt;
+    opened.motions.iter().map(|motion| motion.mean(steps as f64 * h, h)).collect()
 }
 
 impl Simulation for Run {
@@ -136,16 +140,23 @@ impl Simulation for Run {
     fn step(&mut self) -> Result<HistoryRow, RunError> {
         let since = Instant::now();
         let (stages, times) = (self.stages, self.insertion.times());
-        let (t, h) = (self.time(self.steps), self.opened.scene.time.dt);
-        let motions: Vec<BaseMotion> = self.opened.motions.iter().map(|motion| motion.mean(t, h)).collect();
+        let h = self.opened.scene.time.dt;
+        let motions = motions(&self.opened, self.steps);
         let result = self.insertion.step(&motions, h);
         let seconds = since.elapsed().as_secs_f64();
         self.wall += seconds;
         self.step_seconds.push(seconds);
         self.add_stages(&times);
-        let report = result.map_err(|error| self.failure(&error))?;
-        self.check_tips()?;
+        let made = result.map_err(|error| self.failure(&error));
+        let report = match made.and_then(|report| self.check_tips().map(|()| report)) {
+            Ok(report) => report,
+            Err(error) => {
+                self.go_back();
+                return Err(error);
+            }
+        };
         self.steps += 1;
+        self.checkpoint.follow(self.steps, &self.insertion);
         let t = self.time(self.steps);
         let opened = Arc::clone(&self.opened);
         self.record.note(t, &report, &mut self.insertion, &opened.releases, &opened.fixed);
