@@ -157,7 +157,7 @@ proptest! {
         let panel = HistogramPanel { title: title.clone(), histograms: vec![bars; 3], columns };
         check(panel.to_svg(), panel.to_svg())?;
         let pictures = vec![Picture::Histograms(panel.clone()), Picture::Histograms(panel)];
-        let both = SideBySide { title, pictures };
+        let both = SideBySide { title, pictures, ..SideBySide::default() };
         check(both.to_svg(), both.to_svg())?;
     }
 }
