@@ -43,7 +43,7 @@ pub const PALETTE: [Colour; 7] = [
 ];
 
 /// Colours for areas that are told apart by them, such as regions of a body. None is near black or white, so that a line with a
-/// rim shows on all of them; the last but one, grey, suits what is around the others.
+/// rim shows on all of them; the last one, grey, suits what is around the others.
 ///
 /// Source: Tol, *Colour schemes*, SRON technical note 3.2 (2021), schemes muted, light and bright.
 pub(crate) const AREAS: [Colour; 12] = [
@@ -57,8 +57,8 @@ pub(crate) const AREAS: [Colour; 12] = [
     Colour(0x88, 0x22, 0x55), // wine
     Colour(0x99, 0x99, 0x33), // olive
     Colour(0xaa, 0x44, 0x99), // purple
-    Colour(0xdd, 0xdd, 0xdd), // pale grey
     Colour(0xbb, 0xcc, 0x33), // pear
+    Colour(0xdd, 0xdd, 0xdd), // pale grey
 ];
 
 /// How a number becomes a colour.

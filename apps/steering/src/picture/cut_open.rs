@@ -45,7 +45,7 @@ fn out(shot: &Snapshot) -> f64 {
     shot.shafts.iter().flat_map(|shaft| shaft.windows(2)).map(|ends| distance(&ends[0], &ends[1])).sum()
 }
 
-/// What a small picture shows.
+/// What a small picture shows, and how far the tissue has moved at most.
 fn moment(shot: &Snapshot, main: &Snapshot) -> String {
     let name = match shot.t.total_cmp(&main.t) {
         std::cmp::Ordering::Less => "on the way in",
@@ -53,7 +53,7 @@ fn moment(shot: &Snapshot, main: &Snapshot) -> String {
         std::cmp::Ordering::Greater => "at the end",
     };
     let moved = 1e3 * shot.moved.iter().copied().fold(0.0, f32::max);
-    format!("{name}, {:.2} s: moved up to {moved:.2} mm", shot.t)
+    format!("{name}, {:.1} s: \u{2264} {moved:.2} mm", shot.t)
 }
 
 /// A snapshot in the axes of the picture and in mm. The viewer looks along the second axis, and the third one points up.
@@ -169,7 +169,7 @@ mod tests {
     fn moments_are_named_by_their_order() {
         let main = shot(5.0);
         let names = [2.1, 5.0, 9.4].map(|t| moment(&shot(t), &main));
-        assert_eq!(names[0], "on the way in, 2.10 s: moved up to 1.00 mm");
-        assert!(names[1].starts_with("deepest, 5.00 s") && names[2].starts_with("at the end, 9.40 s"));
+        assert_eq!(names[0], "on the way in, 2.1 s: \u{2264} 1.00 mm");
+        assert!(names[1].starts_with("deepest, 5.0 s") && names[2].starts_with("at the end, 9.4 s"));
     }
 }

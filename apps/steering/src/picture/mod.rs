@@ -89,7 +89,7 @@ fn tip_path(run: &Run) -> Chart {
                 ..Series::default()
             });
             series.push(Series {
-                name: format!("{of}{name}: in space, once the skin is pierced"),
+                name: format!("{of}{name}: in space"),
                 points: way(&|trace| (trace.t >= pierced).then_some(trace.tip)),
                 colour,
                 dashed: true,
@@ -194,8 +194,10 @@ fn states(run: &Run) -> Chart {
 /// What each step took, by stage.
 fn stages(run: &Run, rows: &[HistoryRow]) -> Chart {
     let columns = run.columns();
-    // A stage that a step does not come to takes the time of looking at a clock, which says nothing.
-    let is_seen = |&&stage: &&Stage| rows.iter().any(|row| row.stage_seconds[stage as usize] >= SHORTEST);
+    // A stage that takes next to nothing in most steps would be a line along the lower edge.
+    let is_seen = |&&stage: &&Stage| {
+        2 * rows.iter().filter(|row| row.stage_seconds[stage as usize] >= SHORTEST).count() >= rows.len()
+    };
     let series = |&stage: &Stage| Series {
         name: Stages::names()[stage as usize].to_owned(),
         points: rows.iter().map(|row| (row.time_s, 1e3 * row.stage_seconds[stage as usize].max(SHORTEST))).collect(),
