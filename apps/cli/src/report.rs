@@ -174,6 +174,7 @@ fn steering_facts(steering: &SteeringSummary, facts: &mut Vec<(&'static str, Str
             format!("of {} mm depth, now at {}", fixed(1e3 * seed.depth_m, 1), millimetres(&seed.place, 2)),
         ));
     }
+    facts.extend(steering.notes.iter().map(|note| ("note", note.clone())));
     if let Some(error) = &steering.marker_error {
         let shares = [error.below_1_mm, error.below_2_mm, error.below_3_mm].map(|share| fixed(100.0 * share, 1));
         let rms = fixed(1e3 * error.rms_m, 3);

@@ -56,7 +56,7 @@ pub fn execute(args: &RunArgs) -> Result<Exit, Failure> {
 /// The simulation, new or resumed, and what writes its files. The folder is made last: bad input leaves none behind.
 fn open(args: &RunArgs, scene: &dyn Scenario) -> Result<(Box<dyn Simulation>, Option<Recorder>), Failure> {
     let threads = threads_or_all(args.threads);
-    let (simulation, rows, frames) = match &args.resume {
+    let (mut simulation, rows, frames) = match &args.resume {
         None => (scene.start(threads)?, Vec::new(), Vec::new()),
         Some(path) => {
             let State { saved, mut rows, mut frames } = State::read(path)?;
@@ -71,6 +71,7 @@ fn open(args: &RunArgs, scene: &dyn Scenario) -> Result<(Box<dyn Simulation>, Op
         }
     };
     if args.no_files {
+        simulation.forgo_pictures();
         return Ok((simulation, None));
     }
     let folder = args.out.clone().unwrap_or_else(|| PathBuf::from("out").join(scene.name()));

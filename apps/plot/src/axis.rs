@@ -54,6 +54,17 @@ impl Scale {
         if near { Self { low: 0.0, ..self } } else { self }
     }
 
+    /// The length of the interval; of its logarithm on a logarithmic scale.
+    pub fn length(&self) -> f64 {
+        self.high - self.low
+    }
+
+    /// The scale with so much length, if it has less, about the same middle.
+    pub fn widened(self, length: f64) -> Self {
+        let pad = (0.5 * (length - self.length())).max(0.0);
+        Self { low: self.low - pad, high: self.high + pad, ..self }
+    }
+
     /// 0 at the lower end, 1 at the upper; `None` for a number that this scale cannot show.
     pub fn fraction(&self, x: f64) -> Option<f64> {
         let y = if self.log { x.log10() } else { x };

@@ -2,18 +2,23 @@
 
 use std::path::Path;
 
-use crate::axis::{Frame, LABEL_SIZE, Scale, bottom_margin, draw_note, left_margin, too_wide};
-use crate::colour::PALETTE;
+use crate::axis::{Frame, LABEL_SIZE, Scale, TICK_SIZE, bottom_margin, draw_note, left_margin, too_wide};
+use crate::colour::{Colour, PALETTE};
 use crate::file::write_atomic;
 use crate::legend::{self, Entry, SAMPLE};
 use crate::series::Drawing;
-use crate::svg::{Anchor, Stroke, Svg};
+use crate::svg::{Anchor, Stroke, Svg, escape, num};
 use crate::{PlotError, Series, text};
 
 /// Font size of a title, px.
 pub(crate) const TITLE_SIZE: f64 = 15.0;
 /// Space around a picture, px.
 pub(crate) const BORDER: f64 = 14.0;
+
+/// How steeply the names of marks rise, degrees.
+const SLANT: f64 = 40.0;
+/// No side of a frame is shorter than this, px.
+const SHORTEST: f64 = 120.0;
 
 /// A chart of one or several series.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,6 +37,10 @@ pub struct Chart {
     pub series: Vec<Series>,
     /// Horizontal lines across the chart, such as a limit or a published value, with their names in the legend.
     pub levels: Vec<(f64, String)>,
+    /// Vertical lines across the chart, such as events in time, with their names above the frame.
+    pub marks: Vec<(f64, String)>,
+    /// Whether a unit is as long on both axes, as in a drawing of places; the frame is then no larger than `size`.
+    pub equal: bool,
     /// Ends of the horizontal axis; by default those of the data.
     pub x_range: Option<(f64, f64)>,
     /// Ends of the vertical axis; by default those of the data.
@@ -52,6 +61,8 @@ impl Default for Chart {
             log_y: false,
             series: Vec::new(),
             levels: Vec::new(),
+            marks: Vec::new(),
+            equal: false,
             x_range: None,
             y_range: None,
             note: String::new(),
@@ -68,13 +79,19 @@ impl Chart {
     /// if a given range is empty, not finite, or not positive on a logarithmic axis.
     pub fn to_svg(&self) -> Result<String, PlotError> {
         let [x, y] = self.scales()?;
-        let size = self.size.map(|length| if length.is_finite() { length.clamp(120.0, 4000.0) } else { 400.0 });
+        let size = self.size.map(|length| if length.is_finite() { length.clamp(SHORTEST, 4000.0) } else { 400.0 });
         let mut frame = Frame { corner: [0.0, 0.0], size, x, y };
+        if self.equal {
+            frame = true_to_scale(frame);
+        }
+        let size = frame.size;
         let ticks = frame.ticks();
         let entries = legend::shortened(self.entries());
         let [legend_width, legend_height] = legend::column_size(&entries);
 
-        let top = BORDER + if self.title.is_empty() { 0.0 } else { 1.8 * TITLE_SIZE };
+        let names = self.marks.iter().map(|mark| text::width(&mark.1, TICK_SIZE) * SLANT.to_radians().sin() + 12.0);
+        let title_room = if self.title.is_empty() { 0.0 } else { 1.8 * TITLE_SIZE };
+        let top = BORDER + title_room + names.fold(0.0, f64::max);
         frame.corner = [BORDER + left_margin(&ticks[1], &self.y_label), top];
         let [right, bottom] = [frame.corner[0] + size[0], frame.corner[1] + size[1]];
         let legend_room = if entries.is_empty() { 0.0 } else { legend_width + 18.0 };
@@ -92,6 +109,7 @@ impl Chart {
         frame.draw_grid(&mut svg, &ticks);
         let left_out = self.draw_data(&mut svg, &frame);
         frame.draw_axes(&mut svg, &ticks, [&self.x_label, &self.y_label]);
+        self.draw_mark_names(&mut svg, &frame);
         legend::draw_column(&mut svg, &entries, [right + 18.0, top]);
 
         let note = self.note_with(left_out);
@@ -151,6 +169,10 @@ impl Chart {
     /// Series and levels; returns how many points were left out.
     fn draw_data(&self, svg: &mut Svg, frame: &Frame) -> usize {
         frame.open_clip(svg);
+        for [at, _] in self.marked(frame) {
+            let stroke = Stroke { colour: Colour(0x99, 0x99, 0x99), width: 1.0, dashed: true };
+            svg.line([at, 0.0], [at, frame.size[1]], stroke);
+        }
         for (i, (y, _)) in self.levels.iter().enumerate() {
             if let Some(t) = frame.y.fraction(*y).filter(|t| (0.0..=1.0).contains(t)) {
                 let height = (1.0 - t) * frame.size[1];
@@ -160,6 +182,36 @@ impl Chart {
         let left_out = self.drawings().map(|drawing| drawing.draw(svg, frame)).sum();
         Frame::close_clip(svg);
         left_out
+    }
+
+    /// By mark in view, ascending: its place, and that of its name, moved to the right where it would touch the one before; px.
+    fn marked(&self, frame: &Frame) -> Vec<[f64; 2]> {
+        let places = self.sorted_marks().into_iter().filter_map(|mark| frame.x.fraction(mark.0));
+        let mut free_from = f64::NEG_INFINITY;
+        let mut placed = Vec::new();
+        for at in places.filter(|t| (0.0..=1.0).contains(t)).map(|t| t * frame.size[0]) {
+            placed.push([at, at.max(free_from)]);
+            free_from = at.max(free_from) + 1.3 * TICK_SIZE;
+        }
+        placed
+    }
+
+    fn sorted_marks(&self) -> Vec<&(f64, String)> {
+        let mut marks: Vec<&(f64, String)> = self.marks.iter().filter(|mark| mark.0.is_finite()).collect();
+        marks.sort_by(|a, b| a.0.total_cmp(&b.0));
+        marks
+    }
+
+    fn draw_mark_names(&self, svg: &mut Svg, frame: &Frame) {
+        let [left, top] = frame.corner;
+        let in_view = |mark: &&(f64, String)| frame.x.fraction(mark.0).is_some_and(|t| (0.0..=1.0).contains(&t));
+        let names = self.sorted_marks().into_iter().filter(in_view).map(|mark| &mark.1);
+        for (name, [at, above]) in names.zip(self.marked(frame)) {
+            let [x, y] = [left + above + 3.0, top - 8.0];
+            svg.line([left + at, top], [left + above, y + 2.0], Stroke::solid(Colour(0x99, 0x99, 0x99), 1.0));
+            let turn = format!(" transform=\"rotate(-{SLANT} {} {})\"", num(x), num(y));
+            svg.label([x, y], TICK_SIZE, Anchor::Start, &escape(name), &turn);
+        }
     }
 
     /// Levels take the colours that follow those of the series.
@@ -182,5 +234,48 @@ impl Chart {
             if self.log_x || self.log_y { "not finite, or not positive on a logarithmic axis" } else { "not finite" };
         let count = if left_out == 0 { String::new() } else { format!("{left_out} point{plural} left out: {why}.") };
         [self.note.as_str(), &count].iter().filter(|part| !part.is_empty()).copied().collect::<Vec<_>>().join("  ")
+    }
+}
+
+/// The frame with as many px to a unit along both axes: the shorter side shrinks, to no less than [`SHORTEST`].
+fn true_to_scale(frame: Frame) -> Frame {
+    let px = (frame.size[0] / frame.x.length()).min(frame.size[1] / frame.y.length());
+    let [width, height] = [frame.x.length() * px, frame.y.length() * px].map(|side| side.max(SHORTEST));
+    if !(px > 0.0 && px.is_finite() && width.is_finite() && height.is_finite()) {
+        return frame;
+    }
+    Frame { size: [width, height], x: frame.x.widened(width / px), y: frame.y.widened(height / px), ..frame }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn frame(x: f64, y: f64) -> Frame {
+        let scale = |length: f64| Scale::exact(1.0, 1.0 + length, false).unwrap();
+        Frame { corner: [0.0; 2], size: [600.0, 400.0], x: scale(x), y: scale(y) }
+    }
+
+    #[test]
+    fn units_are_as_long_on_both_axes() {
+        for (x, y, size) in [(100.0, 30.0, [600.0, 180.0]), (10.0, 100.0, [120.0, 400.0]), (100.0, 1.0, [600.0, 120.0])]
+        {
+            let frame = true_to_scale(frame(x, y));
+            assert!((0..2).all(|k| (frame.size[k] - size[k]).abs() < 1e-9), "{:?}", frame.size);
+            let [right, up] = [frame.size[0] / frame.x.length(), frame.size[1] / frame.y.length()];
+            assert!((right / up - 1.0).abs() < 1e-12, "{right} {up}");
+            // The middle stays.
+            assert!((frame.y.fraction(1.0 + 0.5 * y).unwrap() - 0.5).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn names_of_marks_do_not_touch() {
+        let marks = [50.0, 1.0, 1.5, 500.0, f64::NAN].map(|at| (at, format!("at {at}"))).to_vec();
+        let chart = Chart { marks, ..Chart::default() };
+        let placed = chart.marked(&frame(100.0, 1.0));
+        assert_eq!(placed.len(), 3);
+        assert!(placed.windows(2).all(|pair| pair[0][0] <= pair[1][0] && pair[0][1] + 14.0 < pair[1][1]), "{placed:?}");
+        assert_eq!(placed[2][0], placed[2][1]);
     }
 }

@@ -42,6 +42,25 @@ pub const PALETTE: [Colour; 7] = [
     Colour(0x22, 0x22, 0x22), // black
 ];
 
+/// Colours for areas that are told apart by them, such as regions of a body. None is near black or white, so that a line with a
+/// rim shows on all of them; the last one, grey, suits what is around the others.
+///
+/// Source: Tol, *Colour schemes*, SRON technical note 3.2 (2021), schemes muted, light and bright.
+pub(crate) const AREAS: [Colour; 12] = [
+    Colour(0xcc, 0x66, 0x77), // rose
+    Colour(0x44, 0x77, 0xaa), // blue
+    Colour(0xdd, 0xcc, 0x77), // sand
+    Colour(0x11, 0x77, 0x33), // green
+    Colour(0x88, 0xcc, 0xee), // cyan
+    Colour(0xee, 0x88, 0x66), // orange
+    Colour(0x44, 0xaa, 0x99), // teal
+    Colour(0x88, 0x22, 0x55), // wine
+    Colour(0x99, 0x99, 0x33), // olive
+    Colour(0xaa, 0x44, 0x99), // purple
+    Colour(0xbb, 0xcc, 0x33), // pear
+    Colour(0xdd, 0xdd, 0xdd), // pale grey
+];
+
 /// How a number becomes a colour.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum ColourMap {
@@ -147,6 +166,19 @@ mod tests {
                 let rgb = oklab_to_linear_srgb([lightness, chroma * cos, chroma * sin]);
                 // Clipping a channel by 0.03 of linear light is not visible.
                 assert!(rgb.iter().all(|x| (-0.03..=1.03).contains(x)), "t = {t}, hue {hue}: {rgb:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn areas_are_told_apart_and_show_a_dark_line_with_a_white_rim() {
+        for (i, a) in AREAS.iter().enumerate() {
+            // A contrast of 2 to 1 with the line, or with its rim (WCAG 2.1, 1.4.11, asks for 3 of a thin line alone).
+            let (ink, white, here) = (luminance(Colour::INK), 1.0, luminance(*a));
+            assert!((here + 0.05) / (ink + 0.05) > 2.0 || (white + 0.05) / (here + 0.05) > 2.0, "{a}");
+            for b in &AREAS[..i] {
+                let far = |p: u8, q: u8| u32::from(p.abs_diff(q)).pow(2);
+                assert!(far(a.0, b.0) + far(a.1, b.1) + far(a.2, b.2) > 45 * 45, "{a} {b}");
             }
         }
     }

@@ -62,7 +62,7 @@ pub use mesh_picture::{Marker, MeshPicture, Polyline};
 pub use panel::MeshPanel;
 pub use series::{Series, Style};
 pub use side_by_side::{Picture, SideBySide};
-pub use solid::{Cut, SolidPanel, SolidPicture, SpaceLine};
+pub use solid::{Cut, SolidPanel, SolidPicture, SpaceLine, SpaceMarks, Symbol};
 
 #[cfg(test)]
 mod properties;

@@ -59,7 +59,7 @@ fn check(first: Result<String, PlotError>, second: Result<String, PlotError>) ->
 }
 
 fn series() -> impl Strategy<Value = Series> {
-    let style = prop::sample::select(vec![Style::Line, Style::Points, Style::LinePoints, Style::Steps]);
+    let style = prop::sample::select(vec![Style::Line, Style::Points, Style::LinePoints, Style::Steps, Style::Boxes]);
     let points = prop::collection::vec((number(), number()), 0..30);
     (any::<String>(), points, style, any::<bool>(), prop::option::of(any::<usize>()))
         .prop_map(|(name, points, style, dashed, colour)| Series { name, points, style, dashed, colour })
@@ -81,7 +81,10 @@ proptest! {
     ) {
         let [title, x_label, y_label, note] = text;
         let ([log_x, log_y], [x_range, y_range]) = (log, ranges);
-        let chart = Chart { title, x_label, y_label, log_x, log_y, series, levels, x_range, y_range, note, size };
+        // Marks at the same heights as levels, and true to scale by turns.
+        let (marks, equal) = (levels.clone(), log_x != log_y);
+        let chart =
+            Chart { title, x_label, y_label, log_x, log_y, series, levels, marks, equal, x_range, y_range, note, size };
         check(chart.to_svg(), chart.to_svg())?;
     }
 
@@ -157,7 +160,7 @@ proptest! {
         let panel = HistogramPanel { title: title.clone(), histograms: vec![bars; 3], columns };
         check(panel.to_svg(), panel.to_svg())?;
         let pictures = vec![Picture::Histograms(panel.clone()), Picture::Histograms(panel)];
-        let both = SideBySide { title, pictures };
+        let both = SideBySide { title, pictures, ..SideBySide::default() };
         check(both.to_svg(), both.to_svg())?;
     }
 }

@@ -18,6 +18,8 @@ pub enum Style {
     LinePoints,
     /// Each value holds until the next point.
     Steps,
+    /// Every two points are opposite corners of a filled rectangle.
+    Boxes,
 }
 
 /// Points with a name. A point that is not finite, or that a logarithmic axis cannot show, is left out, and breaks the
@@ -58,7 +60,7 @@ impl Drawing<'_> {
     }
 
     fn has_line(&self) -> bool {
-        self.series.style != Style::Points
+        !matches!(self.series.style, Style::Points | Style::Boxes)
     }
 
     fn has_markers(&self) -> bool {
@@ -67,6 +69,9 @@ impl Drawing<'_> {
 
     /// Draws into the clip of `frame` and returns how many points were left out.
     pub fn draw(&self, svg: &mut Svg, frame: &Frame) -> usize {
+        if self.series.style == Style::Boxes {
+            return self.draw_boxes(svg, frame);
+        }
         let runs = runs(&self.series.points, frame);
         if self.has_line() {
             self.draw_lines(svg, &runs, frame.size[0]);
@@ -100,6 +105,24 @@ impl Drawing<'_> {
         }
     }
 
+    /// Without smoothed edges, so that rectangles side by side leave no seam.
+    fn draw_boxes(&self, svg: &mut Svg, frame: &Frame) -> usize {
+        let mut path = PathData::new(UNITS);
+        let mut drawn = 0;
+        for pair in self.series.points.chunks_exact(2) {
+            let [Some([x0, y0]), Some([x1, y1])] = [pair[0], pair[1]].map(|(x, y)| frame.place([x, y])) else {
+                continue;
+            };
+            path.ring([[x0, y0], [x1, y0], [x1, y1], [x0, y1]]);
+            drawn += 2;
+        }
+        if !path.is_empty() {
+            let (group, colour) = (PathData::group_attribute(UNITS), self.colour());
+            svg.raw(&format!("<path {group} shape-rendering=\"crispEdges\" fill=\"{colour}\" d=\"{}\"/>", path.data()));
+        }
+        self.series.points.len() - drawn
+    }
+
     fn draw_markers(&self, svg: &mut Svg, points: &[[f64; 2]]) {
         if points.is_empty() {
             return;
@@ -129,6 +152,9 @@ impl Drawing<'_> {
     /// The entry of the legend.
     pub fn entry(&self) -> Entry {
         let mut sample = Svg::new();
+        if self.series.style == Style::Boxes {
+            sample.rect([6.0, -5.0], [SAMPLE - 12.0, 10.0], self.colour());
+        }
         if self.has_line() {
             sample.line([0.0, 0.0], [SAMPLE, 0.0], self.stroke());
         }

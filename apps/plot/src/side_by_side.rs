@@ -29,13 +29,22 @@ impl Picture<'_> {
     }
 }
 
-/// Pictures from left to right, their middles at one height.
+/// Pages, and whether each is centred in the height of its row.
+fn row(pictures: &[Picture<'_>]) -> Result<Vec<(Page, bool)>, PlotError> {
+    let page = |picture: &Picture<'_>| Ok((picture.page()?, matches!(picture, Picture::Histograms(_))));
+    pictures.iter().map(page).collect()
+}
+
+/// Pictures from left to right, in one row or in two. Meshes have their upper edges at one height, histograms their middles at
+/// that of the row.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct SideBySide<'a> {
     /// Above all; may be empty.
     pub title: String,
     /// The pictures.
     pub pictures: Vec<Picture<'a>>,
+    /// A second row, such as smaller pictures of other times; may be empty.
+    pub below: Vec<Picture<'a>>,
 }
 
 impl SideBySide<'_> {
@@ -44,25 +53,31 @@ impl SideBySide<'_> {
     /// # Errors
     /// Those of each of the pictures; [`PlotError::Empty`] without pictures.
     pub fn to_svg(&self) -> Result<String, PlotError> {
-        let pages: Vec<Page> = self.pictures.iter().map(Picture::page).collect::<Result<_, _>>()?;
-        if pages.is_empty() {
+        let rows = [row(&self.pictures)?, row(&self.below)?];
+        if rows.iter().all(Vec::is_empty) {
             return Err(PlotError::Empty { picture: self.title.clone(), points: 0 });
         }
         let top = if self.title.is_empty() { 0.0 } else { BORDER + 1.2 * TITLE_SIZE };
-        let width: f64 = pages.iter().map(|page| page.width).sum();
-        let tallest = pages.iter().map(|page| page.height).fold(0.0, f64::max);
+        let width_of = |row: &[(Page, bool)]| row.iter().map(|(page, _)| page.width).sum::<f64>();
+        let width = rows.iter().map(|row| width_of(row)).fold(0.0, f64::max);
         let mut svg = Svg::new();
         if !self.title.is_empty() {
             let title = text::fit_bold(&self.title, TITLE_SIZE, width - 2.0 * BORDER);
             svg.bold([0.5 * width, BORDER + TITLE_SIZE], TITLE_SIZE, Anchor::Middle, &title);
         }
-        let mut left = 0.0;
-        for page in pages {
-            let (corner, next) = ([left, top + 0.5 * (tallest - page.height)], left + page.width);
-            page.draw_into(&mut svg, corner);
-            left = next;
+        let mut upper = top;
+        for row in rows {
+            let tallest = row.iter().map(|(page, _)| page.height).fold(0.0, f64::max);
+            let mut left = 0.5 * (width - width_of(&row));
+            for (page, is_centred) in row {
+                let down = if is_centred { 0.5 * (tallest - page.height) } else { 0.0 };
+                let (corner, next) = ([left, upper + down], left + page.width);
+                page.draw_into(&mut svg, corner);
+                left = next;
+            }
+            upper += tallest;
         }
-        Ok(svg.finish(width, top + tallest, &self.title))
+        Ok(svg.finish(width, upper, &self.title))
     }
 
     /// Writes the pictures to a file, all at once or not at all.

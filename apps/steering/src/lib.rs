@@ -24,6 +24,7 @@ pub mod builtin;
 mod columns;
 mod frames;
 pub mod geometry;
+mod instants;
 pub mod interaction;
 pub mod keys;
 pub mod markers;

@@ -81,17 +81,19 @@ pub(crate) struct Trace {
     pub states: Vec<(f32, SlipState)>,
 }
 
-/// Tissue and needles at one time, for a picture.
+/// Tissue and needles at one time, for a picture, in numbers no finer than one shows.
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Snapshot {
     pub t: f64,
-    pub points: Vec<[f64; 3]>,
+    pub points: Vec<[f32; 3]>,
     pub tetrahedra: Vec<[u32; 4]>,
     pub regions: Vec<u32>,
     /// Displacement of each tetrahedron, m.
-    pub moved: Vec<f64>,
+    pub moved: Vec<f32>,
     pub shafts: Vec<Vec<[f64; 3]>>,
     pub markers: Vec<[f64; 3]>,
+    /// Seeds left so far.
+    pub seeds: Vec<[f64; 3]>,
 }
 
 /// What a run remembers.
@@ -109,7 +111,8 @@ pub(crate) struct Record {
     pub closest: Vec<Option<f64>>,
     /// Least distance of a needle from what is fixed, in the undeformed body.
     pub clearance: Option<f64>,
-    pub snapshot: Option<Snapshot>,
+    /// Tissue and needles at the instants that pictures show, in order of time.
+    pub snapshots: Vec<Snapshot>,
     /// Mean edge of the mesh, m.
     edge: f64,
 }
@@ -171,9 +174,14 @@ impl Record {
         self.track.push((t, self.markers.iter().map(|marker| marker.place).collect()));
     }
 
+    /// The present state, as pictures show it.
+    pub fn snapshot(&self, t: f64, insertion: &Insertion<Solid>) -> Snapshot {
+        snapshot(t, insertion, &self.markers, &self.seeds)
+    }
+
     /// Keeps the present state for the pictures.
     pub fn take_snapshot(&mut self, t: f64, insertion: &Insertion<Solid>) {
-        self.snapshot = Some(snapshot(t, insertion, &self.markers));
+        self.snapshots.push(self.snapshot(t, insertion));
     }
 
     /// The seeds for a summary.
@@ -188,20 +196,20 @@ impl Record {
     }
 }
 
-pub(crate) fn snapshot(t: f64, insertion: &Insertion<Solid>, markers: &[Tracked]) -> Snapshot {
+fn snapshot(t: f64, insertion: &Insertion<Solid>, markers: &[Tracked], seeds: &[(usize, f64, Tracked)]) -> Snapshot {
     let (mesh, u) = (insertion.mesh(), &insertion.state().u);
-    let points: Vec<[f64; 3]> =
-        mesh.points().iter().enumerate().map(|(i, x)| std::array::from_fn(|k| x[k] + u[3 * i + k])).collect();
+    let place = |(i, x): (usize, &[f64; 3])| std::array::from_fn(|k| (x[k] + u[3 * i + k]) as f32);
     let length = |v: &VertexId| u[3 * v.index()..][..3].iter().map(|x| x * x).sum::<f64>().sqrt();
     let shaft = |needle: &Needle| (0..needle.shaft.n_nodes()).map(|node| needle.shaft.place(node)).collect();
     Snapshot {
         t,
-        points,
+        points: mesh.points().iter().enumerate().map(place).collect(),
         tetrahedra: mesh.cells().map(|cell| mesh.cell(cell).map(|v| v.0)).collect(),
         regions: mesh.cells().map(|cell| mesh.region(cell)).collect(),
-        moved: mesh.cells().map(|cell| mesh.cell(cell).iter().map(length).sum::<f64>() / 4.0).collect(),
+        moved: mesh.cells().map(|cell| mesh.cell(cell).iter().map(length).sum::<f64>() as f32 / 4.0).collect(),
         shafts: insertion.needles().iter().map(shaft).collect(),
         markers: markers.iter().map(|marker| marker.place).collect(),
+        seeds: seeds.iter().map(|(.., seed)| seed.place).collect(),
     }
 }
 

@@ -72,6 +72,9 @@ pub trait Simulation: Send {
     /// [`RunError::Output`].
     fn write_frame(&self, series: usize, path: &Path) -> Result<(), RunError>;
 
+    /// Says before the first step that [`draw`](Self::draw) will not be called, so that nothing is kept for it.
+    fn forgo_pictures(&mut self) {}
+
     /// Draws the pictures of a run into `folder`.
     ///
     /// # Errors

@@ -189,7 +189,7 @@ impl Drawing {
         let points = self.plane_points();
         let picture = if self.is_plane { Picture::Mesh(self.panel(&points)) } else { Picture::Solid(self.solid()) };
         let pictures = vec![Picture::Histograms(histograms), picture];
-        SideBySide { title: String::new(), pictures }.write(path).map_err(refuse)
+        SideBySide { pictures, ..SideBySide::default() }.write(path).map_err(refuse)
     }
 }
 

@@ -1,7 +1,7 @@
 //! Putting the faces of a mesh in space on the page, with colour bar, axes, lines and legend.
 
 use super::view::{Vec3, View, dot, unit};
-use super::{Colouring, Scene, SolidPicture, SpaceLine};
+use super::{Colouring, Scene, SolidPicture, SpaceLine, SpaceMarks, Symbol};
 use crate::axis::{LABEL_SIZE, TICK_SIZE, draw_note};
 use crate::chart::{BORDER, TITLE_SIZE};
 use crate::colour::Colour;
@@ -18,6 +18,9 @@ const LIGHT: Vec3 = [-0.35, 0.65, 0.65];
 const SHADOW: f64 = 0.5;
 /// How much white is in the colours of faces that are not laid open by the cut.
 const PALE: f64 = 0.72;
+/// Width of the white rim of lines and marks, px.
+const RIM: f64 = 1.4;
+const WHITE: Colour = Colour(0xff, 0xff, 0xff);
 /// Names of the axes of space.
 pub(super) const AXIS_NAMES: [&str; 3] = ["x", "y", "z"];
 /// Room for the axes at the lower left, px.
@@ -78,7 +81,7 @@ pub(super) fn page(picture: &SolidPicture<'_>, scene: &Scene, colours: &Colourin
     let bar_height = (0.7 * height).clamp(120.0, 360.0);
     let bar_room = match colours {
         Colouring::Scale(scale) => 18.0 + scale.room(bar_height, &picture.colour_label),
-        Colouring::Regions(_) => 0.0,
+        Colouring::Regions { .. } => 0.0,
     };
     let left = BORDER + AXES;
     let page_width = left + width + bar_room + BORDER;
@@ -90,6 +93,7 @@ pub(super) fn page(picture: &SolidPicture<'_>, scene: &Scene, colours: &Colourin
     draw_box(&mut svg, scene);
     draw_faces(&mut svg, picture, scene, colours);
     picture.lines.iter().for_each(|line| draw_line(&mut svg, line, &scene.frame));
+    picture.marks.iter().for_each(|marks| draw_marks(&mut svg, marks, &scene.frame));
     svg.close_group();
     draw_axes(&mut svg, &scene.view, picture.axis_names, [BORDER + 8.0, top + height - 8.0]);
     let mut below = top + height + 8.0;
@@ -98,17 +102,21 @@ pub(super) fn page(picture: &SolidPicture<'_>, scene: &Scene, colours: &Colourin
         scale.draw(&mut svg, at, bar_height, &picture.colour_label);
         below = below.max(at[1] + bar_height + 14.0);
     }
+    if !picture.key {
+        return Page { svg, width: page_width, height: below + 0.4 * BORDER, title: picture.title.clone() };
+    }
     let entries = legend::shortened(entries(picture, colours));
     let room = page_width - left - BORDER;
     legend::draw_rows(&mut svg, &entries, [left, below], room);
     below += legend::row_layout(&entries, room).1 + 1.4 * TICK_SIZE;
     let [low, high] = scene.bounds;
-    let sides: Vec<String> = picture
-        .axis_names
-        .iter()
-        .enumerate()
-        .map(|(k, name)| format!("{name} from {} to {}", short(low[k]), short(high[k])))
-        .collect();
+    let largest = (0..3).map(|k| high[k] - low[k]).fold(0.0, f64::max);
+    let unit = if picture.unit.is_empty() { String::new() } else { format!(" {}", picture.unit) };
+    let reach = |(k, name): (usize, &&str)| {
+        let [from, to] = [low[k], high[k]].map(|x| short(x, largest));
+        format!("{} from {from} to {to}{unit}", name.replace('-', "\u{2212}"))
+    };
+    let sides: Vec<String> = picture.axis_names.iter().enumerate().map(reach).collect();
     let left_out = match scene.left_out {
         0 => String::new(),
         n => format!("; {n} cells with positions that are not finite are left out"),
@@ -117,12 +125,29 @@ pub(super) fn page(picture: &SolidPicture<'_>, scene: &Scene, colours: &Colourin
     Page { svg, width: page_width, height: below + 0.7 * BORDER, title: picture.title.clone() }
 }
 
-/// Four digits, and none that say nothing.
-fn short(x: f64) -> String {
+/// At most four digits, and none that say nothing beside a picture `largest` wide: to within a hundredth of it, and finer by what
+/// is left to the next power of ten.
+fn short(x: f64, largest: f64) -> String {
+    let step = 10f64.powf((largest / 100.0).log10().floor());
+    let rounded = (x / step).round() * step;
+    // Zero has no sign.
+    let x = if !rounded.is_finite() {
+        x
+    } else if rounded == 0.0 {
+        0.0
+    } else {
+        rounded
+    };
     let digits = format!("{x:.3e}");
-    digits.parse::<f64>().map_or(digits, |x| {
-        if x != 0.0 && (x.abs() < 1e-3 || x.abs() >= 1e6) { format!("{x:e}") } else { x.to_string() }
-    })
+    digits
+        .parse::<f64>()
+        .map_or(
+            digits,
+            |x| {
+                if x != 0.0 && (x.abs() < 1e-3 || x.abs() >= 1e6) { format!("{x:e}") } else { x.to_string() }
+            },
+        )
+        .replace('-', "\u{2212}")
 }
 
 /// The box around the whole mesh, which shows where something was taken away.
@@ -218,13 +243,38 @@ pub(super) fn draw_line(svg: &mut Svg, line: &SpaceLine, frame: &Placement) {
         path.polyline(run.iter().map(|&p| frame.flat(p)));
     }
     let group = PathData::group_attribute(UNITS);
-    for (colour, width) in [(Colour(0xff, 0xff, 0xff), width + 1.2), (line.colour, width)] {
+    for (colour, width) in [(WHITE, width + 2.0 * RIM), (line.colour, width)] {
         let stroke = Stroke::solid(colour, UNITS * width).attributes();
         svg.raw(&format!("<path {group} fill=\"none\" stroke-linecap=\"round\" {stroke} d=\"{}\"/>", path.data()));
     }
     let tip = line.points.iter().rev().find(|p| p.iter().all(|x| x.is_finite()));
     if let (true, Some(&tip)) = (line.tip, tip) {
         svg.raw(&dot_at(frame.flat(tip), width + 1.5, line.colour));
+    }
+}
+
+fn draw_marks(svg: &mut Svg, marks: &SpaceMarks, frame: &Placement) {
+    for p in marks.points.iter().filter(|p| p.iter().all(|x| x.is_finite())) {
+        svg.raw(&mark_at(frame.flat(*p), marks));
+    }
+}
+
+fn mark_at([x, y]: [f64; 2], marks: &SpaceMarks) -> String {
+    let colour = marks.colour;
+    let [x, y] = [x, y].map(num);
+    match marks.symbol {
+        Symbol::Cross => {
+            let arms = format!("M{x} {y}m-4.5 0h9m-4.5-4.5v9");
+            let stroke = |colour: Colour, width: f64| Stroke::solid(colour, width).attributes();
+            let [rim, own] = [stroke(WHITE, 2.0 + 2.0 * RIM), stroke(colour, 2.0)];
+            format!("<path d=\"{arms}\" stroke-linecap=\"round\" {rim}/><path d=\"{arms}\" {own}/>")
+        }
+        Symbol::Disc => {
+            let disc = |radius: f64, colour: Colour| {
+                format!("<circle cx=\"{x}\" cy=\"{y}\" r=\"{radius}\" fill=\"{colour}\"/>")
+            };
+            [disc(5.6, Colour::INK), disc(4.8, WHITE), disc(3.4, colour)].concat()
+        }
     }
 }
 
@@ -265,7 +315,10 @@ fn entries(picture: &SolidPicture<'_>, colours: &Colouring) -> Vec<Entry> {
         }
         entries.push(Entry { sample, name: line.label.clone() });
     }
-    if let Colouring::Regions(regions) = colours {
+    for marks in picture.marks.iter().filter(|marks| !marks.points.is_empty()) {
+        entries.push(Entry { sample: mark_at([0.5 * SAMPLE, 0.0], marks), name: marks.label.clone() });
+    }
+    if let Colouring::Regions { regions, .. } = colours {
         for &region in regions {
             let patch = |svg: &mut Svg| {
                 svg.rect([6.0, -0.4 * LABEL_SIZE], [SAMPLE - 12.0, 0.8 * LABEL_SIZE], colours.of(region))
@@ -281,4 +334,17 @@ fn region_name(picture: &SolidPicture<'_>, region: f64) -> String {
     let named = if region >= 0.0 { picture.region_names.get(region as usize) } else { None };
     let label = if picture.colour_label.is_empty() { "region" } else { &picture.colour_label };
     named.cloned().unwrap_or_else(|| format!("{label} {region}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_the_digits_that_are_seen() {
+        assert_eq!(short(-1.597e-4, 0.12), "0");
+        assert_eq!(short(-0.05025, 0.12), "\u{2212}0.05");
+        assert_eq!([short(120.02, 120.1), short(-50.25, 120.1), short(1.188e-17, 120.1)], ["120", "\u{2212}50", "0"]);
+        assert_eq!([short(2.5e-6, 4e-6), short(3.0, 0.0)], ["2.5e\u{2212}6", "3"]);
+    }
 }

@@ -13,12 +13,12 @@ mod view;
 
 use std::path::Path;
 
+use crate::PlotError;
 use crate::axis::{extent, too_wide};
-use crate::colour::{Colour, ColourMap};
+use crate::colour::{AREAS, Colour, ColourMap};
 use crate::colour_bar::ColourScale;
 use crate::file::write_atomic;
 use crate::svg::Page;
-use crate::{PALETTE, PlotError};
 use buffer::DepthBuffer;
 use faces::Face;
 pub use panel::SolidPanel;
@@ -68,6 +68,29 @@ impl Default for SpaceLine {
     }
 }
 
+/// How a point in space is drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Symbol {
+    /// An upright cross.
+    #[default]
+    Cross,
+    /// A disc.
+    Disc,
+}
+
+/// Points in space of one sort, drawn above mesh and lines, such as markers. Those that are not finite are left out.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SpaceMarks {
+    /// Positions.
+    pub points: Vec<[f64; 3]>,
+    /// Their colour; a dark rim about the white one keeps light ones visible.
+    pub colour: Colour,
+    /// Their shape.
+    pub symbol: Symbol,
+    /// Name in the legend; may be empty.
+    pub label: String,
+}
+
 /// A mesh in space, seen in parallel projection with the third axis upwards.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SolidPicture<'a> {
@@ -101,6 +124,12 @@ pub struct SolidPicture<'a> {
     pub axis_names: [&'static str; 3],
     /// Lines, later ones above earlier ones.
     pub lines: Vec<SpaceLine>,
+    /// Points above them.
+    pub marks: Vec<SpaceMarks>,
+    /// Unit of the positions, for the line that says how far the axes reach; may be empty.
+    pub unit: &'static str,
+    /// Whether legend and reach of the axes are written below.
+    pub key: bool,
     /// Whether to draw the edges of the cells; those of cells too small for it are never drawn.
     pub edges: bool,
     /// Greatest width and height of the mesh on the page, px.
@@ -125,6 +154,9 @@ impl Default for SolidPicture<'_> {
             towards: [0.45, -1.0, 0.5],
             axis_names: draw::AXIS_NAMES,
             lines: Vec::new(),
+            marks: Vec::new(),
+            unit: "",
+            key: true,
             edges: true,
             size: [620.0, 560.0],
         }
@@ -255,7 +287,8 @@ impl SolidPicture<'_> {
             let mut regions: Vec<f64> = values().map(f64::round).collect();
             regions.sort_by(f64::total_cmp);
             regions.dedup();
-            return Ok(Colouring::Regions(regions));
+            let named = self.region_names.len();
+            return Ok(Colouring::Regions { regions, named });
         }
         let (min, max) = extent(values()).unwrap_or((0.0, 0.0));
         ColourScale::around(min, max, self.range, self.colours, self.levels)
@@ -281,8 +314,12 @@ struct Scene {
 /// How values become colours.
 enum Colouring {
     Scale(ColourScale),
-    /// The regions, ascending.
-    Regions(Vec<f64>),
+    /// The regions that are seen, ascending. Those below `named` have colours by their numbers, in every picture the same; others
+    /// have colours by their places.
+    Regions {
+        regions: Vec<f64>,
+        named: usize,
+    },
 }
 
 impl Colouring {
@@ -290,11 +327,16 @@ impl Colouring {
         match self {
             _ if !value.is_finite() => Colour::NO_DATA,
             Self::Scale(scale) => scale.of(value),
-            Self::Regions(regions) => {
-                let at = regions.binary_search_by(|region| region.total_cmp(&value.round())).unwrap_or_else(|at| at);
-                let colour = PALETTE[at % PALETTE.len()];
+            Self::Regions { regions, named } => {
+                let number = value.round();
+                let at = if (0.0..*named as f64).contains(&number) {
+                    number as usize
+                } else {
+                    regions.binary_search_by(|region| region.total_cmp(&number)).unwrap_or_else(|at| at)
+                };
+                let colour = AREAS[at % AREAS.len()];
                 // The second time around, and later, paler.
-                (0..at / PALETTE.len()).fold(colour, |colour, _| colour.paler())
+                (0..at / AREAS.len()).fold(colour, |colour, _| colour.paler())
             }
         }
     }

@@ -7,6 +7,7 @@ mod settings;
 mod summary;
 
 use crate::builtin::Setup;
+use crate::instants::Instants;
 use crate::record::Record;
 use crate::{frames, keys, picture, tissue};
 use checkpoint::{Checkpoint, precondition, revive};
@@ -47,8 +48,8 @@ pub(crate) struct Run {
     pub(crate) record: Record,
     steps: usize,
     n_steps: usize,
-    /// The step after which the picture of the needles in the tissue is taken.
-    deepest: usize,
+    /// The steps after which pictures of the needles in the tissue are taken; `None` where nothing will be drawn.
+    instants: Option<Instants>,
     stages: Stages,
     /// Wall time of each step of this process, s.
     step_seconds: Vec<f64>,
@@ -111,9 +112,9 @@ impl Run {
         let dt = opened.scene.time.dt;
         let in_steps = |t: f64| (t / dt).round().max(1.0) as usize;
         let n_steps = in_steps(opened.end);
-        let deepest = in_steps(opened.motions[0].deepest(opened.end, dt));
+        let instants = Some(Instants::of(&opened.motions, opened.end, dt));
         let (step_seconds, wall) = (Vec::new(), 0.0);
-        Self { opened, insertion, checkpoint, record, steps, n_steps, deepest, stages, step_seconds, threads, wall }
+        Self { opened, insertion, checkpoint, record, steps, n_steps, instants, stages, step_seconds, threads, wall }
     }
 
     /// Time after so many steps, s.
@@ -160,7 +161,7 @@ impl Simulation for Run {
         let t = self.time(self.steps);
         let opened = Arc::clone(&self.opened);
         self.record.note(t, &report, &mut self.insertion, &opened.releases, &opened.fixed);
-        if self.steps == self.deepest {
+        if self.instants.is_some_and(|instants| instants.contains(self.steps)) {
             self.record.take_snapshot(t, &self.insertion);
         }
         Ok(self.row(&report, &stages))
@@ -233,6 +234,10 @@ impl Simulation for Run {
             0 => frames::write_tissue(&self.insertion, self.displacement(), path),
             _ => frames::write_needles(&self.insertion, path),
         }
+    }
+
+    fn forgo_pictures(&mut self) {
+        self.instants = None;
     }
 
     fn draw(&self, folder: &Path, rows: &[HistoryRow]) -> Result<(), RunError> {

@@ -1,12 +1,15 @@
 //! The pictures of a run.
 
-use crate::record::{Snapshot, Trace, snapshot};
+mod cut_open;
+mod events;
+mod slip;
+
+use crate::geometry::Surface;
+use crate::motion::Motion;
+use crate::record::Trace;
 use crate::run::Run;
 use std::path::Path;
-use stylet_physics::coupling::SlipState;
-use stylet_plot::{
-    Chart, Colour, Cut, PALETTE, Picture, PlotError, Series, SideBySide, SolidPicture, SpaceLine, Style,
-};
+use stylet_plot::{Chart, PlotError, Series, Style};
 use stylet_tissue::history::HistoryRow;
 use stylet_tissue::output::{output_error, plot_error};
 use stylet_tissue::stages::{Stage, Stages};
@@ -14,13 +17,16 @@ use stylet_tissue::{RunError, Simulation};
 
 type Vec3 = [f64; 3];
 
+/// Shorter times than this are one to the picture of stages, s.
+const SHORTEST: f64 = 1e-5;
+
 /// Draws all pictures, and writes tables of markers and seeds.
 ///
 /// # Errors
 /// [`RunError::Output`].
 pub(crate) fn draw(run: &Run, folder: &Path, rows: &[HistoryRow]) -> Result<(), RunError> {
     let path = folder.join("mesh.svg");
-    cut_open(run, &path).map_err(|error| plot_error(&path, error))?;
+    cut_open::draw(run, &path).map_err(|error| plot_error(&path, error))?;
     tables(run, folder)?;
     if rows.len() < 2 {
         return Ok(());
@@ -57,81 +63,6 @@ fn dot(p: &Vec3, q: &Vec3) -> f64 {
     (0..3).map(|k| p[k] * q[k]).sum()
 }
 
-/// The tissue cut open along the needle when it was deepest: its regions, and how far it has moved.
-fn cut_open(run: &Run, path: &Path) -> Result<(), PlotError> {
-    let now = snapshot(run.frame_time(), &run.insertion, &run.record.markers);
-    let shot = run.record.snapshot.as_ref().unwrap_or(&now);
-    let axes = axes(run);
-    // The viewer of a picture looks along its second axis, and its third one points up.
-    let seen = |x: &Vec3| -> Vec3 { [dot(x, &axes[0]), -dot(x, &axes[1]), dot(x, &axes[2])] };
-    let points: Vec<Vec3> = shot.points.iter().map(seen).collect();
-    let regions: Vec<f64> = shot.regions.iter().map(|&region| f64::from(region)).collect();
-    let millimetres: Vec<f64> = shot.moved.iter().map(|moved| 1e3 * moved).collect();
-    let base = seen(&run.opened.needles[0].base);
-    let picture = |values| SolidPicture {
-        points: &points,
-        tetrahedra: &shot.tetrahedra,
-        values,
-        cut: Some(Cut::through(base, [0.0, -1.0, 0.0])),
-        towards: [0.12, -1.0, 0.25],
-        axis_names: [axis_name(&axes[0], "along"), axis_name(&axes[1].map(|x| -x), "away"), axis_name(&axes[2], "up")],
-        lines: shafts(shot, seen).into_iter().chain(trails(run, shot, seen)).collect(),
-        size: [520.0, 480.0],
-        ..SolidPicture::default()
-    };
-    let names = run.opened.geometry.regions.iter().map(|region| region.name.clone()).collect();
-    let by_region = SolidPicture {
-        by_region: true,
-        region_names: names,
-        colour_label: "region".to_owned(),
-        title: "regions".to_owned(),
-        ..picture(&regions)
-    };
-    let moved = SolidPicture {
-        colour_label: "displacement (mm)".to_owned(),
-        title: "how far the tissue has moved".to_owned(),
-        ..picture(&millimetres)
-    };
-    let title = format!("{}: cut open along the needle at {:.2} s", run.opened.scene.name, shot.t);
-    SideBySide { title, pictures: vec![Picture::Solid(by_region), Picture::Solid(moved)] }.write(path)
-}
-
-/// The axis of space that a direction is along, with its sign; another name for others.
-fn axis_name(direction: &Vec3, otherwise: &'static str) -> &'static str {
-    let along = |k: usize, sign: f64| sign * direction[k] > 1.0 - 1e-9;
-    let names = [("x", 0, 1.0), ("y", 1, 1.0), ("z", 2, 1.0), ("-x", 0, -1.0), ("-y", 1, -1.0), ("-z", 2, -1.0)];
-    names.iter().find(|(_, k, sign)| along(*k, *sign)).map_or(otherwise, |(name, ..)| name)
-}
-
-fn shafts(shot: &Snapshot, seen: impl Fn(&Vec3) -> Vec3) -> Vec<SpaceLine> {
-    let line = |(k, shaft): (usize, &Vec<Vec3>)| SpaceLine {
-        points: shaft.iter().map(&seen).collect(),
-        colour: if k == 0 { Colour::INK } else { PALETTE[k % PALETTE.len()] },
-        label: if k == 0 { "needle and tip".to_owned() } else { format!("needle {}", k + 1) },
-        tip: true,
-        ..SpaceLine::default()
-    };
-    shot.shafts.iter().enumerate().map(line).collect()
-}
-
-/// Markers as short crosses: a line of no length is not seen.
-fn trails(run: &Run, shot: &Snapshot, seen: impl Fn(&Vec3) -> Vec3) -> Vec<SpaceLine> {
-    let size =
-        0.01 * (0..3).map(|k| run.opened.geometry.bounds[1][k] - run.opened.geometry.bounds[0][k]).fold(0.0, f64::max);
-    let cross = |(k, marker): (usize, &Vec3)| {
-        let [x, y, z] = seen(marker);
-        let gap = [f64::NAN; 3];
-        SpaceLine {
-            points: vec![[x - size, y, z], [x + size, y, z], gap, [x, y, z - size], [x, y, z + size]],
-            colour: PALETTE[1],
-            width: 2.0,
-            label: if k == 0 { "markers".to_owned() } else { String::new() },
-            tip: false,
-        }
-    };
-    shot.markers.iter().enumerate().map(cross).collect()
-}
-
 /// Where the tips went, from two sides.
 fn tip_path(run: &Run) -> Chart {
     let [along, side, up] = axes(run);
@@ -144,22 +75,31 @@ fn tip_path(run: &Run) -> Chart {
             // On the way in: the way back is in the same channel.
             let deepest = traces.iter().map(|trace| trace.depth).fold(0.0, f64::max);
             let last = traces.iter().position(|trace| trace.depth >= deepest).unwrap_or(0);
-            let way = |place: fn(&Trace) -> Option<Vec3>| {
+            let way = |place: &dyn Fn(&Trace) -> Option<Vec3>| {
                 let points = traces[..traces.len().min(last + 1)].iter().filter_map(place);
                 points.map(|x| (at(&x, &along), at(&x, axis))).collect::<Vec<_>>()
             };
             let colour = Some(2 * k + view);
+            let at_entry = traces.iter().find_map(|trace| trace.reference);
+            let pierced = events::puncture(traces).map_or(f64::INFINITY, |trace| trace.t);
             series.push(Series {
                 name: format!("{of}{name}: in the undeformed tissue"),
-                points: way(|trace| trace.reference),
+                points: way(&|trace| trace.reference),
                 colour,
                 ..Series::default()
             });
             series.push(Series {
                 name: format!("{of}{name}: in space"),
-                points: way(|trace| Some(trace.tip)),
+                points: way(&|trace| (trace.t >= pierced).then_some(trace.tip)),
                 colour,
                 dashed: true,
+                ..Series::default()
+            });
+            series.push(Series {
+                name: if view == 0 { format!("{of}entry") } else { String::new() },
+                points: at_entry.map(|x| (at(&x, &along), at(&x, axis))).into_iter().collect(),
+                style: Style::Points,
+                colour: Some(3),
                 ..Series::default()
             });
         }
@@ -173,16 +113,23 @@ fn tip_path(run: &Run) -> Chart {
             ..Series::default()
         });
     series.extend(markers.filter(|series| !series.points.is_empty()));
-    let seeds: Vec<(f64, f64)> =
-        run.record.seeds.iter().map(|(.., seed)| (at(&seed.at, &along), at(&seed.at, &up))).collect();
-    if !seeds.is_empty() {
-        let name = "seeds, from the side".to_owned();
-        series.push(Series { name, points: seeds, style: Style::Points, colour: Some(4), ..Series::default() });
-    }
+    let views = [(&up, "seeds"), (&side, "")].into_iter();
+    let seeds = views.map(|(axis, name)| Series {
+        name: name.to_owned(),
+        points: run.record.seeds.iter().map(|(.., seed)| (at(&seed.at, &along), at(&seed.at, axis))).collect(),
+        style: Style::Points,
+        colour: Some(4),
+        ..Series::default()
+    });
+    series.extend(seeds.filter(|series| !series.points.is_empty()));
     Chart {
         title: format!("{}: path of the tip", run.opened.scene.name),
         x_label: "along the needle, from the sleeve (mm)".to_owned(),
-        y_label: "across: up in the view from the side (mm)".to_owned(),
+        y_label: "across (mm)".to_owned(),
+        note: "Not drawn: the tip in space while it dents the skin, which then springs back along the needle and takes the tip \
+               with it for a few steps."
+            .to_owned(),
+        equal: true,
         series,
         ..Chart::default()
     }
@@ -203,56 +150,66 @@ fn force(run: &Run) -> Chart {
             });
         }
     }
+    let surfaces = layers(run);
+    let layers: Vec<events::Layer> = surfaces
+        .iter()
+        .map(|(name, surface, thickness)| events::Layer { name, surface: surface.as_ref(), thickness: *thickness })
+        .collect();
+    let needles = run.record.traces.iter().zip(&run.opened.motions).enumerate();
+    let of_needle = |(k, (traces, motion)): (usize, (&Vec<Trace>, &Motion))| {
+        let of = if run.record.traces.len() > 1 { format!("needle {}: ", k + 1) } else { String::new() };
+        let named = move |(t, name): (f64, String)| (t, format!("{of}{name}"));
+        events::of(traces, &layers, motion).into_iter().map(named).collect::<Vec<_>>()
+    };
+    let marks = needles.flat_map(of_needle).collect();
     Chart {
         title: format!("{}: force of the sleeve on the needle", run.opened.scene.name),
         x_label: "time (s)".to_owned(),
         y_label: "force (N)".to_owned(),
         series,
+        marks,
         ..Chart::default()
     }
+}
+
+/// Layers that the scene has around its regions, with names, surfaces and thicknesses; the skin is known by the depth.
+fn layers(run: &Run) -> Vec<(String, Surface, f64)> {
+    let rows = run.opened.scene.membranes.iter();
+    let of = rows.filter_map(|row| Some((row.value("of")?.text().ok()?.to_owned(), row.get("thickness")?)));
+    of.filter(|(name, _)| name != "body")
+        .filter_map(|(name, thickness)| {
+            let surface = run.opened.geometry.surface(&name).ok()?;
+            Some((format!("capsule of {name}"), surface, thickness))
+        })
+        .collect()
 }
 
 /// Friction states along the first needle over time.
 fn states(run: &Run) -> Chart {
     let traces = run.record.traces.first().map_or(&[][..], |traces| traces);
-    let of = |wanted: SlipState, name: &str, colour| Series {
-        name: name.to_owned(),
-        points: traces
-            .iter()
-            .flat_map(|trace| trace.states.iter().map(move |(s, state)| (trace.t, *s, *state)))
-            .filter(|(.., state)| *state == wanted)
-            .map(|(t, s, _)| (t, 1e3 * f64::from(s)))
-            .collect(),
-        style: Style::Points,
-        colour: Some(colour),
-        ..Series::default()
-    };
-    Chart {
-        title: format!("{}: friction states along the shaft", run.opened.scene.name),
-        x_label: "time (s)".to_owned(),
-        y_label: "distance from the entry along the needle (mm)".to_owned(),
-        series: vec![
-            of(SlipState::Static, "sticks", 0),
-            of(SlipState::Forward, "slides forward", 1),
-            of(SlipState::Backward, "slides back", 2),
-        ],
-        ..Chart::default()
-    }
+    let of = if run.record.traces.len() > 1 { " of needle 1" } else { "" };
+    slip::chart(traces, format!("{}: friction states along the shaft{of}", run.opened.scene.name))
 }
 
 /// What each step took, by stage.
 fn stages(run: &Run, rows: &[HistoryRow]) -> Chart {
     let columns = run.columns();
+    // A stage that takes next to nothing in most steps would be a line along the lower edge.
+    let is_seen = |&&stage: &&Stage| {
+        2 * rows.iter().filter(|row| row.stage_seconds[stage as usize] >= SHORTEST).count() >= rows.len()
+    };
     let series = |&stage: &Stage| Series {
         name: Stages::names()[stage as usize].to_owned(),
-        points: rows.iter().map(|row| (row.time_s, 1e3 * row.stage_seconds[stage as usize])).collect(),
+        points: rows.iter().map(|row| (row.time_s, 1e3 * row.stage_seconds[stage as usize].max(SHORTEST))).collect(),
         ..Series::default()
     };
     Chart {
         title: format!("{}: time of each step by stage", run.opened.scene.name),
         x_label: "time (s)".to_owned(),
         y_label: "wall time (ms)".to_owned(),
-        series: columns.stages.iter().map(series).collect(),
+        log_y: true,
+        series: columns.stages.iter().filter(is_seen).map(series).collect(),
+        note: format!("Less than {} ms is drawn as that.", 1e3 * SHORTEST),
         ..Chart::default()
     }
 }
