@@ -2,6 +2,9 @@
 
 use crate::motion::Motion;
 
+/// Most steps that are looked at.
+const MOST: usize = 100_000;
+
 /// Steps, counted from 1, after which the tissue is kept. The end needs none: a run that is drawn is still there.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) struct Instants {
@@ -15,14 +18,18 @@ impl Instants {
     /// The instants of needles with these motions up to `end` (s), in steps of `dt` (s).
     pub fn of(motions: &[Motion], end: f64, dt: f64) -> Self {
         let steps = (end / dt).round().max(1.0) as usize;
+        // Of very many steps some are enough.
+        let stride = steps.div_ceil(MOST);
         // A needle that is drawn back further than it was at the start is no less out than one that was not moved.
         let out = |step: usize| motions.iter().map(|motion| motion.inserted(step as f64 * dt).max(0.0)).sum::<f64>();
-        let (deepest, most) =
-            (1..=steps).map(|step| (step, out(step))).fold((1, f64::NEG_INFINITY), |best, (step, sum)| {
+        let (deepest, most) = (1..=steps).step_by(stride).map(|step| (step, out(step))).fold(
+            (1, f64::NEG_INFINITY),
+            |best, (step, sum)| {
                 // Sums of one table at one height differ by rounding.
                 if sum >= best.1 - 1e-12 { (step, sum.max(best.1)) } else { best }
-            });
-        let half_way = (1..deepest).find(|&step| most > 0.0 && out(step) >= 0.5 * most - 1e-12);
+            },
+        );
+        let half_way = (1..deepest).step_by(stride).find(|&step| most > 0.0 && out(step) >= 0.5 * most - 1e-12);
         Self { half_way, deepest }
     }
 
@@ -64,6 +71,13 @@ mod tests {
         // A needle that was drawn back past its start does not count against the others.
         let motions = [motion(&[(0.0, -0.05)]), in_and_out(0.0, 3.0, 4.0)];
         assert_eq!(Instants::of(&motions, 9.0, 0.1).deepest, 40);
+    }
+
+    #[test]
+    fn of_very_many_steps_some_are_enough() {
+        let instants = Instants::of(&[in_and_out(0.0, 4e4, 5e4)], 1e5, 1e-6);
+        let at = |step: usize| step as f64 * 1e-6;
+        assert!((at(instants.deepest) - 5e4).abs() <= 1.0 && (at(instants.half_way.unwrap()) - 2e4).abs() <= 1.0);
     }
 
     #[test]
