@@ -7,13 +7,16 @@ use stylet_plot::{Chart, Series, Style};
 /// More steps than this are thinned out: a frame has no more px.
 const MOST_STEPS: usize = 1200;
 
+/// From, to (m from the entry), and the state there.
+type Length = (f64, f64, SlipState);
+
 /// States of a needle; `title` stands above.
 pub(super) fn chart(traces: &[Trace], title: String) -> Chart {
     let every = traces.len().div_ceil(MOST_STEPS).max(1);
     let shown: Vec<&Trace> = traces.iter().step_by(every).collect();
     // A step is drawn from the one before to itself.
     let starts = std::iter::once(0.0).chain(shown.iter().map(|trace| trace.t));
-    let columns: Vec<(f64, f64, Vec<(f64, f64, SlipState)>)> =
+    let columns: Vec<(f64, f64, Vec<Length>)> =
         shown.iter().zip(starts).map(|(trace, start)| (start, trace.t, lengths(&trace.states))).collect();
     let of = |wanted: SlipState, name: &str, colour| Series {
         name: name.to_owned(),
@@ -41,8 +44,8 @@ pub(super) fn chart(traces: &[Trace], title: String) -> Chart {
 }
 
 /// Lengths of the shaft in one state, from the entry to the tip, m: neighbours in the same state are one length.
-fn lengths(nodes: &[(f32, SlipState)]) -> Vec<(f64, f64, SlipState)> {
-    let mut lengths: Vec<(f64, f64, SlipState)> = Vec::new();
+fn lengths(nodes: &[(f32, SlipState)]) -> Vec<Length> {
+    let mut lengths: Vec<Length> = Vec::new();
     for (i, &(at, state)) in nodes.iter().enumerate() {
         let half_way = |j: usize| 0.5 * (f64::from(at) + f64::from(nodes[j].0));
         let from = if i == 0 { f64::from(at) } else { half_way(i - 1) };
