@@ -121,9 +121,10 @@ impl SearchWorkspace {
 ///
 /// A static node bears a force within its static limits; a forward one slips by `s ≥ 0` and a backward one by `s ≤ 0`. Where a
 /// condition fails, a slipping node becomes static, and a static one slips as its force pushes. No set of states is tried
-/// twice, unless it failed [only when it was checked](SearchSettings::second_look): in place of a known one comes the next in
-/// lexicographic order (static, forward, backward) with the node at the entry as the least significant digit. When `max_trials` sets have failed, the next one is solved for and accepted;
-/// [`SearchReport::consistent`] says whether its conditions hold all the same.
+/// twice, unless it failed [only when it was checked](SearchSettings::second_look): in place of a known one comes the
+/// next in lexicographic order (static, forward, backward) with the node at the entry as the least significant digit.
+/// When `max_trials` sets have failed, the next one is solved for and accepted; [`SearchReport::consistent`] says
+/// whether its conditions hold all the same.
 ///
 /// Conditions hold up to a slack: a force may be beyond its limit by `slack · tolerance` times the largest force of the answer
 /// or [the step](StickSlip::magnitudes), a slip may be of the wrong sign by as much of the largest slip or displacement, with

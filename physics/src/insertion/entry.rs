@@ -32,14 +32,8 @@ pub(super) fn contact(
     let mut first: Option<(f64, Facet, [f64; 3])> = None;
     for facet in skin(mesh) {
         let (from, to) = (facet.at(mesh, before), facet.at(mesh, after));
-        let beside = |k: usize| {
-            let all = |is: &dyn Fn(&[f64; 3], f64) -> bool| {
-                from.triangle.iter().all(|p| is(p, a[k])) && to.triangle.iter().all(|p| is(p, b[k]))
-            };
-            let low = |p: &[f64; 3], x: f64| p[k] < x.min(a[k]).min(b[k]);
-            let high = |p: &[f64; 3], x: f64| p[k] > x.max(a[k]).max(b[k]);
-            all(&low) || all(&high)
-        };
+        let corners = || from.triangle.iter().chain(&to.triangle);
+        let beside = |k: usize| corners().all(|p| p[k] < a[k].min(b[k])) || corners().all(|p| p[k] > a[k].max(b[k]));
         if (0..3).any(beside) {
             continue;
         }
