@@ -82,7 +82,7 @@ pub const TABLE: Table<Scene> = Table {
             Coupling: |s| s.solver.coupling, |s| s.solver.coupling.write()),
         key!("solver.preconditioner", &["block-jacobi", "two-level"], "\"block-jacobi\"", "what the tissue is preconditioned with",
             PreconditionerKind: |s| s.solver.preconditioner, |s| s.solver.preconditioner.write()),
-        key!("solver.tolerance", TOLERANCE, "", "1e-5", "relative residual of the solution",
+        key!("solver.tolerance", TOLERANCE, "", "1e-5", "residual of the solution by the forces of the step, or those between needle and tissue where larger",
             float: |s| s.solver.tolerance, |s| Some(Value::Float(s.solver.tolerance))),
         key!("solver.check_tolerance", TOLERANCE, "", "1e-3", "relative residual at which friction states are judged first",
             float: |s| s.solver.check_tolerance, |s| Some(Value::Float(s.solver.check_tolerance))),

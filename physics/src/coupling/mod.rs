@@ -26,5 +26,5 @@ pub use search::{SearchMethod, SearchReport, SearchSettings, SearchWorkspace, se
 pub use shaft::{CouplingNode, Shaft, SleeveMotion};
 pub(crate) use shaft::{difference, inner, length, set_triple, triple, unit};
 pub use state::{Answer, LimitsError, SlipLimits, SlipState, StickSlip, guess};
-pub use step::{CoupledIntegrator, CoupledReport, CoupledSettings, CoupledTimes, ShaftEnd};
+pub use step::{CoupledIntegrator, CoupledReport, CoupledSettings, CoupledTimes, Past, ShaftEnd};
 pub use system::CouplingMethod;

@@ -41,8 +41,8 @@ pub struct SearchSettings {
     pub second_look: bool,
     /// By how many tolerances a condition may be violated; see [`search`].
     pub slack: f64,
-    /// Whether the first solve of a step starts from the best combination of the last velocities and accelerations of the tissue,
-    /// not from zero as published.
+    /// Whether the first solve of a step starts from the best combination of the last velocity of the tissue and its last three
+    /// accelerations, not from zero as published.
     pub warm_start: bool,
     /// Whether the system is solved once more, from the same start, with the states that were found: what a search that knew
     /// them would have taken is then [reported](SearchReport::known_iterations). The answer is that of this last solve.

@@ -132,7 +132,12 @@ pub struct CoupledIntegrator {
     limits: Vec<SlipLimits>,
     states: Vec<SlipState>,
     times: CoupledTimes,
+    past: Past,
 }
+
+/// Accelerations of the tissue at the starts of the last steps, the latest first, m/s^2: what the solution of the next one is
+/// likely to be a combination of. Empty where there was no such step.
+pub type Past = [Vec<f64>; 2];
 
 /// Numbers of one needle in the step at hand.
 #[derive(Debug)]
@@ -167,6 +172,7 @@ impl CoupledIntegrator {
             limits: Vec::new(),
             states: Vec::new(),
             times: CoupledTimes::default(),
+            past: Past::default(),
         }
     }
 
@@ -196,6 +202,17 @@ impl CoupledIntegrator {
     /// The integrator of the tissue, for starts and resumptions.
     pub fn tissue(&mut self) -> &mut Integrator<3> {
         &mut self.tissue
+    }
+
+    /// Where solutions start from, beside the motion of the tissue; a step from other vectors has another rounding.
+    #[must_use]
+    pub fn past(&self) -> &Past {
+        &self.past
+    }
+
+    /// The same, for vertices that come and go, and for resumptions. Vectors of another length than the tissue's are not used.
+    pub fn past_mut(&mut self) -> &mut Past {
+        &mut self.past
     }
 
     /// Makes a step of length `h` (s) from `state` and the needles as they are, and keeps its end: nothing is moved yet.
@@ -259,30 +276,27 @@ impl CoupledIntegrator {
         &self.ends
     }
 
-    /// Takes the step that was attempted: moves the tissue and the needles to its end. Where the tissue is tied to a needle its
-    /// velocity and acceleration become those of the needle's scheme: a place that is prescribed is answered by the trapezoid
-    /// rule with velocities that change sign with every step, and friction states that follow them.
+    /// Takes the step that was attempted: moves the tissue and the needles to its end. Vertices that are coupled to a needle get
+    /// the velocity that has moved them in this step, and the acceleration that goes with it, as backward Euler has them: a
+    /// place that is prescribed is answered by the trapezoid rule with velocities that change sign with every step, and friction
+    /// states that follow them.
     pub fn take(&mut self, state: &mut State, needles: &mut [Shaft], h: f64) {
+        for link in &self.links {
+            let of = |v: &[f64]| triple(v, link.vertex);
+            let v = difference(&of(&self.tissue.u), &of(&state.u)).map(|u| u / h);
+            let a = difference(&v, &of(&state.v)).map(|v| v / h);
+            set_triple(&mut self.tissue.v, link.vertex, &v);
+            set_triple(&mut self.tissue.a, link.vertex, &a);
+        }
         self.tissue.commit(state, h);
+        self.past.rotate_right(1);
+        self.past[0].clone_from(&self.tissue.a);
         for (needle, end) in needles.iter_mut().zip(&mut self.ends) {
             std::mem::swap(&mut needle.x, &mut end.x);
             std::mem::swap(&mut needle.v, &mut end.v);
             std::mem::swap(&mut needle.a, &mut end.a);
             for (node, state) in needle.nodes.iter_mut().zip(&end.states) {
                 node.state = *state;
-            }
-        }
-        let coupled = needles.iter().flat_map(|needle| {
-            let entry = needle.entry();
-            needle.nodes.iter().enumerate().map(move |(k, node)| (needle, entry + k, node))
-        });
-        for ((needle, node, coupled), link) in coupled.zip(&self.links) {
-            for (tissue, own) in [(&mut state.v, &needle.v), (&mut state.a, &needle.a)] {
-                let before = triple(tissue, link.vertex);
-                let apart = difference(&triple(own, node), &before);
-                let along = if coupled.state == SlipState::Static { 0.0 } else { inner(&link.tangent, &apart) };
-                let tied = |i: usize| before[i] + apart[i] - along * link.tangent[i];
-                set_triple(tissue, link.vertex, &std::array::from_fn(tied));
             }
         }
     }
@@ -315,7 +329,11 @@ impl CoupledIntegrator {
         let since = self.times.couple.add(since);
         self.states.clear();
         self.states.extend(needles.iter().flat_map(|needle| needle.nodes.iter().map(|node| node.state)));
-        let moves = [&state.v[..], &state.a[..]];
+        let [last, one_before] = &self.past;
+        let moves = [&state.v[..], &state.a, last, one_before];
+        // Without a step before there is none two steps before.
+        let known = moves.iter().take_while(|v| v.len() == state.a.len()).count();
+        let guesses = if self.settings.search.warm_start { &moves[..known] } else { &[] };
         let mut system = System {
             method: self.settings.coupling,
             matrix: &it.matrix.matrix,
@@ -336,7 +354,7 @@ impl CoupledIntegrator {
             residual: 0.0,
             threshold: 0.0,
             moves: Vec::new(),
-            guesses: if self.settings.search.warm_start { &moves } else { &[] },
+            guesses,
         };
         let found = search(&mut system, &mut self.states, &self.settings.search, &mut self.search, &mut self.answer);
         report.search = found?;

@@ -28,7 +28,9 @@ pub use report::{InsertionReport, InsertionTimes};
 pub use state::InsertionState;
 
 use crate::body::Body;
-use crate::coupling::{CoupledIntegrator, CoupledSettings, CouplingError, SleeveMotion, SlipLimits, SlipState, triple};
+use crate::coupling::{
+    CoupledIntegrator, CoupledSettings, CouplingError, Past, SleeveMotion, SlipLimits, SlipState, triple,
+};
 use crate::dynamics::{Drive, DynamicsError, State};
 use crate::material::Hyperelastic;
 use crate::reparameterise::{Profile, adapt};
@@ -89,7 +91,8 @@ impl<M: Hyperelastic<3>> Insertion<M> {
             let _ = subspace.set(slot, stylet_solver::subspace::Constraint::Fixed);
         }
         let (remesher, needles) = (Remesher::new(), Vec::new());
-        let at_rest = InsertionState { mesh, remesher, subspace, state: State::default(), needles };
+        let (state, past) = (State::default(), Past::default());
+        let at_rest = InsertionState { mesh, remesher, subspace, state, needles, past };
         let mut this = Self::of_parts(at_rest, body, settings, interaction, gravity, team)?;
         let load = this.load.clone();
         let mut drive = |_: f64, drive: &mut Drive| drive.load.copy_from_slice(&load);
@@ -109,7 +112,7 @@ impl<M: Hyperelastic<3>> Insertion<M> {
         if body.mass_kind().is_none() {
             return Err(DynamicsError::NoMass.into());
         }
-        let InsertionState { mesh, remesher, subspace, state, needles } = parts;
+        let InsertionState { mesh, remesher, subspace, state, needles, past } = parts;
         let mut this = Self {
             mesh,
             body,
@@ -127,6 +130,7 @@ impl<M: Hyperelastic<3>> Insertion<M> {
             frames: Vec::new(),
             shafts: Vec::new(),
         };
+        *this.integrator.past_mut() = past;
         this.weigh();
         Ok(this)
     }

@@ -2,7 +2,7 @@
 
 use super::{Insertion, InsertionError, Interaction, Needle};
 use crate::body::Body;
-use crate::coupling::CoupledSettings;
+use crate::coupling::{CoupledSettings, Past};
 use crate::dynamics::State;
 use crate::material::Hyperelastic;
 use serde::{Deserialize, Serialize};
@@ -20,6 +20,8 @@ pub struct InsertionState {
     pub(super) subspace: Subspace<3>,
     pub(super) state: State,
     pub(super) needles: Vec<Needle>,
+    /// What the next solution starts from.
+    pub(super) past: Past,
 }
 
 impl InsertionState {
@@ -45,6 +47,7 @@ impl<M: Hyperelastic<3>> Insertion<M> {
             subspace: self.subspace.clone(),
             state: State { linearization: self.body.linearization(), ..self.state.clone() },
             needles: self.needles.clone(),
+            past: self.integrator.past().clone(),
         }
     }
 
@@ -65,7 +68,8 @@ impl<M: Hyperelastic<3>> Insertion<M> {
         let mut this = Self::of_parts(saved, body, settings, interaction, gravity, team)?;
         // The body that was left may have kept rows of vertices that were gone.
         let n = this.body.n_vertices();
-        for field in [&mut this.state.u, &mut this.state.v, &mut this.state.a] {
+        let State { u, v, a, .. } = &mut this.state;
+        for field in [u, v, a].into_iter().chain(this.integrator.past_mut()) {
             field.truncate(3 * n);
         }
         this.subspace.resize(n);

@@ -3,6 +3,7 @@
 use super::entry::{Contact, contact, entered};
 use super::{Insertion, InsertionError, Needle};
 use crate::coupling::{CouplingNode, SlipLimits, SlipState, difference, inner, length, set_triple, triple, unit};
+use crate::dynamics::State;
 use crate::material::Hyperelastic;
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
@@ -244,7 +245,9 @@ impl<M: Hyperelastic<3>> Insertion<M> {
         }
         // The body keeps rows of vertices that are gone; so do the fields.
         let n = self.mesh.n_vertex_slots().max(self.body.n_vertices());
-        for field in [&mut self.state.u, &mut self.state.v, &mut self.state.a] {
+        let State { u, v, a, .. } = &mut self.state;
+        let past = self.integrator.past_mut().iter_mut().filter(|field| !field.is_empty());
+        for field in [u, v, a].into_iter().chain(past) {
             change.carry_field::<3>(field);
             field.resize(3 * n, 0.0);
             for removed in change.removed.iter().filter(|removed| removed.index() < n) {

@@ -294,6 +294,32 @@ fn short_steps_go_where_long_ones_do() {
     }
 }
 
+/// Steps so short that little changes in each are solved to a part of the forces, not of what changes: that is enough.
+#[test]
+fn short_steps_are_solved_to_the_forces() {
+    let run = |tolerance: f64| {
+        let mut block = SetUp { dt: 1e-3, tolerance, ..SetUp::new() }.build();
+        block.add_needle(wire(0.0303, 0.0298)).unwrap();
+        let mut iterations = 0;
+        let mut forces = Vec::new();
+        for _ in 0..1500 {
+            let step = block.step(&[BaseMotion { insert: 0.02, ..BaseMotion::default() }], 1e-3).unwrap();
+            assert_eq!(step.consistent, step.substeps);
+            iterations += step.iterations;
+            forces.push(block.needles()[0].base_force[0]);
+        }
+        (block.needles()[0].shaft.tip(), forces, iterations)
+    };
+    let ((tip, forces, iterations), (exact_tip, exact, all)) = (run(1e-5), run(1e-10));
+    let largest = exact.iter().fold(0.0_f64, |max, f| max.max(f.abs()));
+    let apart = forces.iter().zip(&exact).map(|(f, g)| (f - g).abs()).fold(0.0, f64::max);
+    println!("forces {apart:e} of {largest} N apart, tips {tip:?} {exact_tip:?}, iterations {iterations} of {all}");
+    assert!(apart < 2e-5 * largest, "{apart} {largest}");
+    assert!((0..3).all(|k| (tip[k] - exact_tip[k]).abs() < 1e-8), "{tip:?} {exact_tip:?}");
+    // A handful of iterations a step: the guess and the forces leave no more.
+    assert!(iterations < 1500 * 6 && iterations < all / 3, "{iterations} {all}");
+}
+
 /// A needle at rest in gel with a dent in it comes to stick all along, and stays where it is, whatever the step.
 #[test]
 fn held_needles_stick_at_any_step() {
