@@ -42,9 +42,10 @@ const ABOUT: &str = "A wire (0.83 mm, EI 1.40e-3 N m², bevel 5°) pushed 80 mm 
     cuts at psi to itself, to which the exponents and not the absolute values are compared. In a body of this size the exponents \
     of that beam itself are 1/4 to 0.28, and the stiffness `k` of a solid falls slowly with the length over which it is bent, \
     over the size of its cells.\n\n\
-    A cutting force acts at one node and pushes it aside where the cells around it are not symmetric. Where all diagonals run the \
-    same way, as in Kuhn's mesh, this bends the path of a symmetric tip, by the same at any size of the cells; the rows \
-    `Kuhn's mesh` show it. In a mesh without such a direction it is a matter of chance.\n\n![Paths of the tip](steering.svg)";
+    Friction and cutting act at nodes, and a force along the needle pushes a node aside where the cells around it are not symmetric: \
+    the path of a symmetric tip is straight along a line of symmetry of the mesh (`symmetric tip and mesh`), and elsewhere bent by a \
+    force that is a part of these, at any size of the cells. Where all diagonals run the same way, as in Kuhn's mesh, it bends the \
+    path always the same way; in a mesh without such a direction it is a matter of chance (`symmetric tip`).\n\n![Paths of the tip](steering.svg)";
 
 /// One run.
 #[derive(Clone)]
@@ -61,6 +62,8 @@ struct Case {
     cutting: f64,
     /// Whether all diagonals of the mesh run the same way.
     kuhn: bool,
+    /// Whether the needle goes along a line that the mesh is symmetric about.
+    centred: bool,
     /// Angle of the bevel about the axis, rad, and turning, rad/s.
     roll: f64,
     spin: f64,
@@ -79,6 +82,7 @@ impl Case {
             cells: if quick { CELLS[0] } else { CELLS[1] },
             cutting: CUTTING[0],
             kuhn: false,
+            centred: false,
             roll: 0.0,
             spin: 0.0,
         }
@@ -94,8 +98,9 @@ impl Case {
         let cells = BOX.map(|side| (side / BOX[2] * self.cells as f64).round() as usize);
         let divide = if self.kuhn { kuhn_box } else { mirrored_kuhn_box };
         let tissue = Tissue::of_gel(divide([0.0; 3], BOX, cells).expect("a box"), gel, sides);
-        // Off the edges and faces of the mesh.
-        let plain = wire([0.0, 0.5 * BOX[1] + 0.31e-3, 0.5 * BOX[2] - 0.23e-3], self.bevel);
+        // Off the edges and faces of the mesh, if not on its planes of symmetry.
+        let off = if self.centred { [0.0; 2] } else { [0.31e-3, -0.23e-3] };
+        let plain = wire([0.0, 0.5 * BOX[1] + off[0], 0.5 * BOX[2] + off[1]], self.bevel);
         let scale = self.bending / plain.stiffness.bending;
         let stiffness =
             RodStiffness { bending: self.bending, twisting: scale * plain.stiffness.twisting, ..plain.stiffness };
@@ -157,6 +162,11 @@ fn cases(quick: bool) -> Vec<Case> {
     for cutting in CUTTING {
         let straight = Case { bevel: 0.0, cutting, ..standard.clone() };
         cases.push(Case { name: "symmetric tip, cutting", value: cutting, unit: " N", ..straight });
+    }
+    // An even number of cells has planes of symmetry along the axis.
+    for cutting in CUTTING {
+        let centred = Case { bevel: 0.0, cutting, cells: CELLS[0], centred: true, ..standard.clone() };
+        cases.push(Case { name: "symmetric tip and mesh, cutting", value: cutting, unit: " N", ..centred });
     }
     cases.push(Case { name: "Kuhn's mesh, symmetric tip", kuhn: true, bevel: 0.0, ..standard });
     cases
@@ -316,7 +326,7 @@ fn figures(report: &Report, paths: &[(Case, Path)]) -> Vec<Figure> {
         figures.push(Figure::at_most(format!("{name}: most change of the curvature, %"), most, INDEPENDENT));
     }
     figures.push(Figure::at_most("rolled by 180°: change of the curvature, %", of_row(0, "uneven_%"), INDEPENDENT));
-    for k in of("symmetric tip, cutting") {
+    for k in of("symmetric tip and mesh, cutting").into_iter().chain(of("symmetric tip, cutting")) {
         let name = format!("{}: drift, %", paths[k].0.label());
         figures.push(Figure::at_most(name, of_row(k, "drift_%"), DRIFT));
     }
