@@ -12,7 +12,9 @@
 
 mod condensed;
 mod error;
+mod rods;
 mod search;
+mod settings;
 mod shaft;
 mod stacked;
 mod state;
@@ -22,9 +24,11 @@ mod system;
 mod tests;
 
 pub use error::CouplingError;
+pub use rods::ShaftEnd;
 pub use search::{SearchMethod, SearchReport, SearchSettings, SearchWorkspace, search};
+pub use settings::{CoupledReport, CoupledSettings, CoupledTimes};
 pub use shaft::{CouplingNode, Shaft, SleeveMotion};
 pub(crate) use shaft::{difference, inner, length, set_triple, triple, unit};
 pub use state::{Answer, LimitsError, SlipLimits, SlipState, StickSlip, guess};
-pub use step::{CoupledIntegrator, CoupledReport, CoupledSettings, CoupledTimes, Past, ShaftEnd};
+pub use step::{CoupledIntegrator, Past};
 pub use system::CouplingMethod;
