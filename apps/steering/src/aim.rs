@@ -72,7 +72,7 @@ pub fn check(needle: &NeedleSettings, motion: &Motion, end: f64, geometry: &Geom
             geometry.extent()
         ));
     };
-    let reached = needle.length + motion.inserted(motion.deepest(end, end / 1000.0));
+    let reached = needle.length + motion.extremes(end)[1].1;
     if reached <= distance {
         return Err(format!(
             "motion: found a needle that comes {reached:.4} m out of its sleeve at most, expected more than the {distance:.4} m to the body"

@@ -126,19 +126,6 @@ impl Motion {
     pub fn moves_sleeve(&self) -> bool {
         self.sleeve.0.iter().any(|(_, v)| v.iter().any(|&v| v != 0.0))
     }
-
-    /// The time up to `end` (s), of whole steps of `dt`, at which most of the needle is out of its sleeve, the last one of several.
-    #[must_use]
-    pub fn deepest(&self, end: f64, dt: f64) -> f64 {
-        let steps = (end / dt).round().max(1.0) as usize;
-        let times = (1..=steps).map(|step| step as f64 * dt);
-        times
-            .fold((0.0, f64::NEG_INFINITY), |best, t| {
-                let inserted = self.inserted(t);
-                if inserted >= best.1 - 1e-12 { (t, inserted.max(best.1)) } else { best }
-            })
-            .0
-    }
 }
 
 #[cfg(test)]
@@ -177,7 +164,7 @@ mod tests {
         assert!((motion.inserted(0.5) - 0.0025).abs() < 1e-16);
         // A difference of integrals.
         assert!((motion.mean(1.2, 0.1).insert - 0.02).abs() < 1e-15);
-        assert!((motion.deepest(3.0, 0.1) - 2.0).abs() < 1e-9);
+        assert!((motion.extremes(3.0)[1].0 - 2.0).abs() < 1e-9);
         assert_eq!((motion.end(), motion.moves_sleeve()), (3.0, false));
     }
 

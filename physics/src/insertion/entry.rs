@@ -90,9 +90,9 @@ struct Facet {
 /// The same in the deformed body.
 struct Placed {
     triangle: [[f64; 3]; 3],
-    /// Towards the inside, with the length of twice the area.
+    /// With the length of twice the area, as the corners go round.
     normal: [f64; 3],
-    /// Height of the cell over the facet, by that length.
+    /// Height of the cell over the facet, by that length; negative where the normal looks out of the body.
     height: f64,
 }
 
@@ -120,9 +120,7 @@ impl Facet {
         let triangle = self.corners.map(place);
         let [p, q, r] = &triangle;
         let normal = cross(&difference(q, p), &difference(r, p));
-        let height = inner(&normal, &difference(&place(self.apex), p));
-        let normal = if height < 0.0 { normal.map(|n| -n) } else { normal };
-        Placed { triangle, normal, height: height.abs() }
+        Placed { triangle, normal, height: inner(&normal, &difference(&place(self.apex), p)) }
     }
 
     fn at_rest(&self, mesh: &SimplexMesh<3, 4>, weights: &[f64; 3]) -> Contact {
@@ -142,9 +140,9 @@ impl Facet {
 impl Placed {
     fn coordinates(&self, x: &[f64; 3]) -> Coordinates {
         let [p, q, r] = &self.triangle;
-        let normal = cross(&difference(q, p), &difference(r, p));
-        let square = inner(&normal, &normal);
-        let area = |s: &[f64; 3], t: &[f64; 3]| inner(&cross(&difference(s, x), &difference(t, x)), &normal) / square;
+        let square = inner(&self.normal, &self.normal);
+        let area =
+            |s: &[f64; 3], t: &[f64; 3]| inner(&cross(&difference(s, x), &difference(t, x)), &self.normal) / square;
         Coordinates {
             height: inner(&self.normal, &difference(x, p)) / self.height,
             weights: [area(q, r), area(r, p), area(p, q)],
