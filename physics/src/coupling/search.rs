@@ -304,7 +304,10 @@ impl<S: StickSlip> Search<'_, S> {
         if self.loaded {
             condensed.correct(self.answer);
         } else {
-            let iterations = condensed.load(self.system, self.settings.solve_tolerance)?;
+            // After trials it only has to tell which states; these are solved for all the same.
+            let SearchSettings { method, check_tolerance, solve_tolerance, .. } = *self.settings;
+            let tolerance = if method == SearchMethod::Condensed { solve_tolerance } else { check_tolerance };
+            let iterations = condensed.load(self.system, tolerance)?;
             report.condensed_iterations += iterations;
             report.iterations += iterations;
             self.loaded = true;
