@@ -171,6 +171,8 @@ pub struct TimeStage {
     pub dt: f64,
     /// End of the run, s; left out: the last row of a motion.
     pub end: Option<f64>,
+    /// How many times as fast as written the needles move.
+    pub pace: f64,
     /// Scheme of the tissue.
     pub scheme: SchemeKind,
     /// Newmark's beta.
@@ -196,6 +198,7 @@ impl Default for TimeStage {
         Self {
             dt: 0.02,
             end: None,
+            pace: 1.0,
             scheme: SchemeKind::default(),
             beta: 0.25,
             gamma: 0.5,
