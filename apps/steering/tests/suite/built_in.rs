@@ -49,10 +49,16 @@ fn prostate_stiff_slow() {
     assert_eq!(run_through("prostate-stiff-slow").seeds.len(), 3);
 }
 
+/// Figure 8 of Chentanez et al. (2009): past both cylinders to the target, whatever the pace.
 #[test]
 fn two_cylinders() {
     for name in ["two-cylinders", "two-cylinders-slow", "two-cylinders-vigorous"] {
-        run_through(name);
+        let steering = run_through(name);
+        let target = steering.markers.iter().find(|marker| marker.name == "target").unwrap();
+        let closest = target.closest_tip_m.unwrap();
+        assert!(closest < 2e-3, "{name}: the tip came within {closest} m of the target");
+        let clearance = steering.clearance_m.unwrap();
+        assert!(clearance > 0.0, "{name}: the shaft came to {clearance} m from a cylinder");
     }
 }
 
