@@ -111,13 +111,30 @@ fn a_tip_that_comes_into_what_is_fixed_stops_the_run() {
     let output = folder.run(&format!("run {scene} --out out --quiet"));
     let line = stderr(&output);
     assert_eq!(output.status.code(), Some(3), "{line}");
-    let known = "needle 1 has come into region upper cylinder, which is fixed, at (0.03";
+    let known = "needle 1 has come into region upper cylinder, which is fixed, with its tip, node 9, at (0.03";
     assert!(line.lines().count() == 1 && line.contains(known), "{line}");
     assert!(line.contains("m deep") && line.contains("files kept"), "{line}");
     let summary = json(&folder.read("out/summary.json"));
     assert!(summary["failure"].as_str().unwrap().contains("upper cylinder"));
     assert!((0.03..0.042).contains(&summary["steering"]["needles"][0]["depth_m"].as_f64().unwrap()), "{summary}");
     assert!(folder.has("out/mesh.svg") && folder.has("out/history.csv"));
+}
+
+#[test]
+fn bone_stops_a_built_in_scene() {
+    let folder = Folder::new();
+    let base = "needle.base=[-0.021,0.020,-0.035]";
+    let output = folder.run(&format!("run prostate-flexible --set {base} --out out --quiet"));
+    let line = stderr(&output);
+    assert_eq!(output.status.code(), Some(3), "{line}");
+    let known = "needle 1 has come into region pelvic bone, which is fixed, with its tip, node ";
+    assert!(line.lines().count() == 1 && line.contains("step 83") && line.contains(known), "{line}");
+    // What is kept is the end of the step before, with the tip in front of the bone.
+    let summary = json(&folder.read("out/summary.json"));
+    assert_eq!((summary["steps"].as_u64(), summary["converged"].as_bool()), (Some(82), Some(false)));
+    assert!(summary["failure"].as_str().unwrap().contains("pelvic bone"));
+    assert!((0.025..0.033).contains(&summary["steering"]["needles"][0]["depth_m"].as_f64().unwrap()), "{summary}");
+    assert!(folder.has("out/history.csv"));
 }
 
 #[test]
