@@ -8,7 +8,7 @@ use crate::motion::Motion;
 use crate::run::{APP, Run, SavedRun};
 use crate::scene::Scene;
 use crate::tissue::{Tissue, subspace, tissues};
-use crate::{aim, needle};
+use crate::{aim, needle, plausible};
 use std::sync::Arc;
 use std::time::Instant;
 use stylet_physics::insertion::NeedleSettings;
@@ -79,6 +79,8 @@ pub(crate) struct Setup {
     /// End of the run, s.
     pub(crate) end: f64,
     pub(crate) stages: Stages,
+    /// What is hardly meant, a line each.
+    pub(crate) doubts: Vec<String>,
 }
 
 /// Reads the text of a scene with `key=value` assignments on top, makes or reads its mesh, and checks that all goes together.
@@ -188,6 +190,7 @@ fn of_scene(scene: Scene) -> Result<Setup, RunError> {
     let held_regions = geometry.regions.iter().filter(|region| region.fixed);
     let fixed: Result<_, String> = held_regions.map(|region| geometry.surface(&region.name)).collect();
     let fixed = fixed.map_err(refuse)?;
+    let doubts = plausible::doubts(&scene, &geometry, &tissues);
     Ok(Setup {
         scene,
         geometry,
@@ -202,6 +205,7 @@ fn of_scene(scene: Scene) -> Result<Setup, RunError> {
         fixed,
         end,
         stages,
+        doubts,
     })
 }
 
@@ -250,6 +254,10 @@ impl Scenario for Opened {
 
     fn dim(&self) -> usize {
         3
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        self.0.doubts.clone()
     }
 
     fn frames_every(&self) -> usize {

@@ -160,6 +160,19 @@ fn what_did_not_come_about_is_noted() {
     assert!(notes("--set friction.cutting=0.2 --set needle.friction_ratio=1").is_empty());
 }
 
+/// A scene that was written in millimetres runs, and says what is odd before it does.
+#[test]
+fn implausible_magnitudes_are_warned_of() {
+    let folder = Folder::new();
+    let scene = folder.file("gel.toml", GEL.replace("bevel = 0.1", "diameter = 0.83"));
+    let output = folder.run(&format!("run {scene} --no-files --json --quiet --steps 2"));
+    let line = "needle.diameter (row 1): found 0.83 m, expected from 1e-5 to 0.02 m; check the units of the scene";
+    assert_eq!((output.status.code(), stderr(&output)), (Some(0), format!("stylet: gel: warning: {line}\n")));
+    let summary = json(std::str::from_utf8(&output.stdout).unwrap());
+    assert_eq!(summary["steering"]["notes"][0], line);
+    refuses(&folder, "run gel-single-bend --set needle.bending=0 --no-files", &["needle.bending", "a number > 0"]);
+}
+
 #[test]
 fn bad_input_is_one_line() {
     let folder = Folder::new();
