@@ -160,6 +160,26 @@ fn what_did_not_come_about_is_noted() {
     assert!(notes("--set friction.cutting=0.2 --set needle.friction_ratio=1").is_empty());
 }
 
+/// What was done before the steps, the mesh above all, has no share of their time.
+#[test]
+fn shares_of_stages_add_up() {
+    let folder = Folder::new();
+    let scene = folder.file("gel.toml", GEL);
+    for name in [scene.as_str(), "beam-bend --set mesh.cells=[8,3,3]", "slab2d-insertion --steps 20"] {
+        let text = folder.succeed(&format!("run {name} --no-files --quiet"));
+        let table = text.lines().skip_while(|line| !line.starts_with("  stage ")).skip(1);
+        // Stages within another one are set in further.
+        let rows: Vec<&str> = table.filter(|line| !line.starts_with("   ")).collect();
+        let shares =
+            rows.iter().filter_map(|row| row.split(" %").next()?.split_whitespace().last()?.parse::<f64>().ok());
+        let rounding = 0.05 * rows.len() as f64;
+        let sum: f64 = shares.sum();
+        assert!((sum - 100.0).abs() <= rounding, "{name}: {sum} %\n{text}");
+        let mesh = rows.iter().find(|row| row.starts_with("  mesh ")).unwrap_or_else(|| panic!("{text}"));
+        assert_eq!(mesh.contains("before"), !name.starts_with("slab2d"), "{text}");
+    }
+}
+
 /// A scene that was written in millimetres runs, and says what is odd before it does.
 #[test]
 fn implausible_magnitudes_are_warned_of() {
