@@ -7,6 +7,7 @@ use crate::scene::*;
 use crate::{motion, needle};
 use stylet_physics::material::Solid;
 use stylet_scene::{Bound, Kind, Row, Stage, Table, Value, Words, key, rows};
+use stylet_tissue::order::VertexOrder;
 
 const STAGES: &[Stage<Scene>] = &[
     Stage::optional("mesh", "the tissue: a shape, a mesh file, or a box of right tetrahedra", |_| {}),
