@@ -206,30 +206,35 @@ fn fixed(x: f64, digits: usize) -> String {
     }
 }
 
-/// Seconds, share and calls of each stage; stages within the solve stand below it.
+/// Seconds, share of the steps' wall time and calls of each stage; stages within the solve stand below it, and what came before the
+/// steps last, without a share.
 fn stages(summary: &Summary, text: &mut String) {
     let wall = summary.wall_s.max(f64::MIN_POSITIVE);
-    let mut row = |name: &str, seconds: f64, calls: String| {
-        line(text, format!("  {name:<13} {seconds:>9.4} {:>6.1} % {calls:>9}", 100.0 * seconds / wall).trim_end());
+    line(text, &format!("  {:<14} {:>9} {:>8} {:>9}", "stage", "seconds", "share", "calls"));
+    let mut row = |name: &str, seconds: f64, share: &str, calls: &str| {
+        line(text, format!("  {name:<14} {seconds:>9.4} {share:>8} {calls:>9}").trim_end());
     };
+    let share = |seconds: f64| format!("{:.1} %", 100.0 * seconds / wall);
+    let before = |name: &str| summary.stages.before_steps().find(|stage| stage.0 == name).map_or(0.0, |stage| stage.1);
     let mut listed = 0.0;
-    let mut stages: Vec<_> = summary.stages.iter().collect();
+    let in_steps = summary.stages.iter().map(|(name, seconds, calls)| (name, seconds - before(name), calls));
+    let mut stages: Vec<_> = in_steps.filter(|stage| stage.1 > 0.0).collect();
     stages.retain(|stage| !WITHIN_SOLVE.contains(&stage.0));
     stages.sort_by(|a, b| b.1.total_cmp(&a.1));
     for (name, seconds, calls) in stages {
         listed += seconds;
-        row(name, seconds, calls.to_string());
+        row(name, seconds, &share(seconds), &calls.to_string());
         if name == "solve" {
             for (inner, seconds, calls) in summary.stages.iter().filter(|stage| WITHIN_SOLVE.contains(&stage.0)) {
-                row(&format!("  of it {inner}"), seconds, calls.to_string());
+                row(&format!("  of it {inner}"), seconds, &share(seconds), &calls.to_string());
             }
         }
     }
-    row("other", (summary.wall_s - listed).max(0.0), String::new());
-    let head = format!("  {:<13} {:>9} {:>8} {:>9}\n", "stage", "seconds", "share", "calls");
-    let at =
-        text.len() - text.lines().rev().take_while(|line| !line.is_empty()).map(|line| line.len() + 1).sum::<usize>();
-    text.insert_str(at, &head);
+    let other = (summary.wall_s - listed).max(0.0);
+    row("other", other, &share(other), "");
+    for (name, seconds) in summary.stages.before_steps() {
+        row(name, seconds, "before", "");
+    }
 }
 
 /// The files that are there, and what they are for.

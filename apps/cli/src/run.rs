@@ -31,6 +31,10 @@ pub fn execute(args: &RunArgs) -> Result<Exit, Failure> {
     let scene = scenes::open(&args.scene, &args.set)?;
     let probes = probe::parse(&args.probe, scene.dim())?;
     scene.check_probes(&probes)?;
+    // Before a run that may be long, or senseless.
+    for warning in scene.warnings() {
+        output::error_line(&format!("{}: warning: {warning}", scene.name()));
+    }
     let stop = interrupt::flag();
     let (mut simulation, mut recorder) = open(args, scene.as_ref())?;
     let end = cycles(simulation.as_mut(), recorder.as_mut(), args, &stop);

@@ -269,6 +269,36 @@ mod tests {
         }
     }
 
+    /// The picture is as wide as the longest name asks for; what is too long for that is cut.
+    #[test]
+    fn names_in_the_legend_are_whole_and_within_the_picture() {
+        let width = |names: &[&str]| {
+            let one = |name: &&str| Series {
+                name: (*name).to_owned(),
+                points: vec![(1.0, 1.0), (2.0, 2.0)],
+                ..Series::default()
+            };
+            let svg = Chart { series: names.iter().map(one).collect(), ..Chart::default() }.to_svg().unwrap();
+            let at = |text: &str, from: &str| -> f64 {
+                let rest = &text[text.find(from).unwrap() + from.len()..];
+                rest[..rest.find('"').unwrap()].parse().unwrap()
+            };
+            for name in names {
+                let kept =
+                    svg.lines().find(|line| line.starts_with("<text") && line.contains(&name[..40.min(name.len())]));
+                let line = kept.unwrap_or_else(|| panic!("no {name}"));
+                assert_eq!(line.contains(name), name.len() < 60, "{line}");
+                let shown = &line[line.find('>').unwrap() + 1..line.rfind("</text>").unwrap()];
+                let end = at(line, "x=\"") + text::width(shown, LABEL_SIZE);
+                assert!(end < at(&svg, "width=\""), "{name} ends at {end}");
+            }
+            at(&svg, "width=\"")
+        };
+        let long = "constraint-preconditioned, steps of 40 to 5 ms";
+        assert!(width(&["short"]) + 200.0 < width(&["short", long]));
+        assert!(width(&["short", &"a name without an end ".repeat(20)]) < 1200.0);
+    }
+
     #[test]
     fn names_of_marks_do_not_touch() {
         let marks = [50.0, 1.0, 1.5, 500.0, f64::NAN].map(|at| (at, format!("at {at}"))).to_vec();

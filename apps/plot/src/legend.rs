@@ -9,8 +9,9 @@ const ROW: f64 = 19.0;
 /// Length of the sample of a line, px.
 pub(crate) const SAMPLE: f64 = 28.0;
 const GAP: f64 = 8.0;
-/// A name wider than this is cut, px.
-const NAME_LIMIT: f64 = 260.0;
+/// A name wider than this is cut, px: a legend beside the data is as wide as its longest name, and a sentence would take more
+/// room than the data.
+const NAME_LIMIT: f64 = 400.0;
 /// Beyond this many entries a last line says how many there are.
 const MOST: usize = 40;
 

@@ -154,7 +154,8 @@ fn float_range(min: Bound, max: Bound) -> String {
 }
 
 /// A limit as a reader writes it: `0.5`, `1e-9`, never three hundred digits.
-fn number(x: f64) -> String {
+#[must_use]
+pub fn number(x: f64) -> String {
     if x == 0.0 || (1e-4..1e6).contains(&x.abs()) { format!("{x}") } else { format!("{x:e}") }
 }
 

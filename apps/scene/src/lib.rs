@@ -64,7 +64,7 @@ mod words;
 mod write;
 
 pub use error::{Place, Problem, SceneError};
-pub use kind::{Bound, Column, Kind};
+pub use kind::{Bound, Column, Kind, number};
 pub use load::{MAX_BYTES, load};
 pub use nearest::nearest;
 pub use read::{has_rows, has_table};

@@ -8,7 +8,7 @@ use crate::motion::Motion;
 use crate::run::{APP, Run, SavedRun};
 use crate::scene::Scene;
 use crate::tissue::{Tissue, subspace, tissues};
-use crate::{aim, needle};
+use crate::{aim, needle, plausible};
 use std::sync::Arc;
 use std::time::Instant;
 use stylet_physics::insertion::NeedleSettings;
@@ -26,18 +26,36 @@ macro_rules! built_in {
     ($name:literal, $about:literal) => {
         BuiltIn { name: $name, about: $about, toml: include_str!(concat!("../scenes/", $name, ".toml")) }
     };
+    // The scene `$of` at another pace.
+    ($name:literal, $about:literal, $of:literal at $pace:literal) => {
+        BuiltIn {
+            name: $name,
+            about: $about,
+            toml: concat!(include_str!(concat!("../scenes/", $of, ".toml")), "\n[time]\npace = ", $pace, "\n"),
+        }
+    };
 }
 
 /// The scenes of flexible needles that come with the program.
 pub const SCENES: &[BuiltIn] = &[
     built_in!("prostate-flexible", "a flexible bevel-tip needle into a prostate and back, leaving seeds"),
+    built_in!("prostate-flexible-slow", "the same, a quarter as fast", "prostate-flexible" at "0.25"),
     built_in!("prostate-flexible-vigorous", "the same needle pushed fast, pulled and turned about"),
     built_in!("prostate-stiff", "a stiff needle with a symmetric tip into the same tissue"),
+    built_in!("prostate-stiff-slow", "the same, a quarter as fast", "prostate-stiff" at "0.25"),
+    built_in!("prostate-stiff-vigorous", "the same, four times as fast", "prostate-stiff" at "4.0"),
     built_in!("two-cylinders", "a bevel-tip needle turned so that it passes two rigid cylinders and meets a target"),
+    built_in!("two-cylinders-slow", "the same, a quarter as fast", "two-cylinders" at "0.25"),
+    built_in!("two-cylinders-vigorous", "the same, twice as fast", "two-cylinders" at "2.0"),
     built_in!("gel-single-bend", "a bevel-tip needle bends through a gelatine phantom with markers"),
-    built_in!("gel-double-bend", "the same, turned by half a turn half way"),
+    built_in!("gel-single-bend-slow", "the same, a quarter as fast", "gel-single-bend" at "0.25"),
+    built_in!("gel-double-bend", "the same phantom; the needle is turned by half a turn half way"),
+    built_in!("gel-double-bend-slow", "the same, a quarter as fast", "gel-double-bend" at "0.25"),
+    built_in!("gel-double-bend-vigorous", "the same, four times as fast", "gel-double-bend" at "4.0"),
     built_in!("gel-vigorous", "the same phantom, with fast pushes and reversals"),
     built_in!("two-needles", "two needles side by side in a gel, withdrawn one after the other"),
+    built_in!("two-needles-slow", "the same, a quarter as fast", "two-needles" at "0.25"),
+    built_in!("two-needles-vigorous", "the same, four times as fast", "two-needles" at "4.0"),
 ];
 
 /// A scene that was read and checked, with its mesh.
@@ -61,6 +79,8 @@ pub(crate) struct Setup {
     /// End of the run, s.
     pub(crate) end: f64,
     pub(crate) stages: Stages,
+    /// What is hardly meant, a line each.
+    pub(crate) doubts: Vec<String>,
 }
 
 /// Reads the text of a scene with `key=value` assignments on top, makes or reads its mesh, and checks that all goes together.
@@ -128,8 +148,9 @@ fn of_scene(scene: Scene) -> Result<Setup, RunError> {
     }
     let by_row = |index: usize, reason: String| refuse(format!("needle (row {}): {reason}", index + 1));
     let rows = || scene.needles.iter().enumerate();
-    let motions: Vec<Motion> =
-        rows().map(|(k, row)| Motion::of(row).map_err(|e| by_row(k, e))).collect::<Result<_, _>>()?;
+    let pace = scene.time.pace;
+    let motion = |(k, row)| Motion::of(row).map(|motion| motion.at_pace(pace)).map_err(|e| by_row(k, e));
+    let motions: Vec<Motion> = rows().map(motion).collect::<Result<_, _>>()?;
     let needles: Vec<NeedleSettings> =
         rows().map(|(k, row)| needle::settings(row).map_err(|e| by_row(k, e))).collect::<Result<_, _>>()?;
     let releases: Vec<Vec<f64>> =
@@ -169,6 +190,7 @@ fn of_scene(scene: Scene) -> Result<Setup, RunError> {
     let held_regions = geometry.regions.iter().filter(|region| region.fixed);
     let fixed: Result<_, String> = held_regions.map(|region| geometry.surface(&region.name)).collect();
     let fixed = fixed.map_err(refuse)?;
+    let doubts = plausible::doubts(&scene, &geometry, &tissues);
     Ok(Setup {
         scene,
         geometry,
@@ -183,6 +205,7 @@ fn of_scene(scene: Scene) -> Result<Setup, RunError> {
         fixed,
         end,
         stages,
+        doubts,
     })
 }
 
@@ -231,6 +254,10 @@ impl Scenario for Opened {
 
     fn dim(&self) -> usize {
         3
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        self.0.doubts.clone()
     }
 
     fn frames_every(&self) -> usize {

@@ -65,7 +65,12 @@ pub(crate) const NEEDLE: &[Column] = &[
     optional("density", DENSITY, "kg/m^3", "density; left out: 6450"),
     optional("diameter", LENGTH, "m", "outer diameter; left out: 0.83e-3"),
     optional("inner_diameter", NOT_NEGATIVE, "m", "of a tube, below the outer; left out: 0, a wire"),
-    optional("bending", NOT_NEGATIVE, "N m^2", "EI, instead of what follows from the material"),
+    optional(
+        "bending",
+        POSITIVE,
+        "N m^2",
+        "EI, instead of what follows from the material; without any, a string, a needle cannot be pushed",
+    ),
     optional("twisting", NOT_NEGATIVE, "N m^2", "GJ, instead of what follows from the material"),
     optional("stretching", POSITIVE, "N", "EA, instead of what follows from the material"),
     optional("linear_density", POSITIVE, "kg/m", "mass by length, instead of what follows from the material"),

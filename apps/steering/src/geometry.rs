@@ -1,7 +1,7 @@
 //! The tissue's mesh, the names of its regions, and surfaces as fields in space.
 
 use crate::columns::SIDES;
-use crate::scene::{MeshStage, Scene, VertexOrder};
+use crate::scene::{MeshStage, Scene};
 use std::path::Path;
 use std::sync::Arc;
 use stylet_anatomy::plan::{self, Effort, Plan};
@@ -11,7 +11,6 @@ use stylet_mesh::generate::kuhn_box;
 use stylet_mesh::import::Imported;
 use stylet_mesh::io::{MeshData, read};
 use stylet_mesh::{CellId, SimplexMesh};
-use stylet_physics::numbering::in_reverse_cuthill_mckee_order;
 use stylet_scene::{Row, nearest};
 use stylet_tissue::RunError;
 
@@ -65,10 +64,7 @@ impl Geometry {
             }
             (None, None) => boxed(&scene.mesh).map_err(refuse),
         }?;
-        if scene.mesh.order == VertexOrder::Rcm {
-            let renumbered = in_reverse_cuthill_mckee_order(&geometry.mesh);
-            (geometry.mesh, _) = renumbered.map_err(|error| refuse(format!("mesh.order: {error}")))?;
-        }
+        geometry.mesh = scene.mesh.order.of(geometry.mesh).map_err(refuse)?;
         Ok(geometry)
     }
 

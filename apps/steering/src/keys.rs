@@ -7,6 +7,7 @@ use crate::scene::*;
 use crate::{motion, needle};
 use stylet_physics::material::Solid;
 use stylet_scene::{Bound, Kind, Row, Stage, Table, Value, Words, key, rows};
+use stylet_tissue::order::VertexOrder;
 
 const STAGES: &[Stage<Scene>] = &[
     Stage::optional("mesh", "the tissue: a shape, a mesh file, or a box of right tetrahedra", |_| {}),
@@ -58,8 +59,10 @@ pub const TABLE: Table<Scene> = Table {
             text: |s| s.support.sides, |s| (!s.support.sides.is_empty()).then(|| Value::Text(s.support.sides.clone()))),
         key!("time.dt", Kind::between(Bound::Inclusive(1e-6), Bound::Inclusive(1.0)), "s", "0.02", "step",
             float: |s| s.time.dt, |s| Some(Value::Float(s.time.dt))),
-        key!("time.end", Kind::between(Bound::Exclusive(0.0), Bound::Inclusive(1e5)), "s", "the last row of a motion", "end of the run",
+        key!("time.end", Kind::between(Bound::Exclusive(0.0), Bound::Inclusive(1e5)), "s", "the last row of a motion at time.pace", "end of the run",
             float: |s| s.time.end, |s| s.time.end.map(Value::Float)),
+        key!("time.pace", Kind::between(Bound::Inclusive(1e-3), Bound::Inclusive(1e3)), "", "1.0", "how many times as fast as written needles go their way: times of all motions are divided by it, velocities multiplied; time.end is not",
+            float: |s| s.time.pace, |s| Some(Value::Float(s.time.pace))),
         key!("time.scheme", &["newmark", "trapezoid", "backward-euler"], "\"trapezoid\"", "how displacement and velocity of the tissue follow from the acceleration",
             SchemeKind: |s| s.time.scheme, |s| s.time.scheme.write()),
         key!("time.beta", Kind::between(Bound::Exclusive(0.0), Bound::Inclusive(0.5)), "", "0.25", "Newmark's beta",

@@ -31,6 +31,7 @@ pub mod markers;
 pub mod motion;
 pub mod needle;
 mod picture;
+mod plausible;
 mod record;
 mod run;
 pub mod scene;

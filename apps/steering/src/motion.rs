@@ -79,6 +79,19 @@ impl Motion {
         Ok(motion)
     }
 
+    /// The same way made so many times as fast: times are divided by `pace`, velocities multiplied.
+    #[must_use]
+    pub fn at_pace(mut self, pace: f64) -> Self {
+        fn hasten<const K: usize>(track: &mut Track<K>, pace: f64) {
+            track.0.iter_mut().for_each(|(t, value)| (*t, *value) = (*t / pace, value.map(|x| x * pace)));
+        }
+        hasten(&mut self.insert, pace);
+        hasten(&mut self.sleeve, pace);
+        hasten(&mut self.spin, pace);
+        self.end /= pace;
+        self
+    }
+
     /// Time of the last row, s.
     #[must_use]
     pub fn end(&self) -> f64 {
@@ -166,6 +179,31 @@ mod tests {
         assert!((motion.mean(1.2, 0.1).insert - 0.02).abs() < 1e-15);
         assert!((motion.extremes(3.0)[1].0 - 2.0).abs() < 1e-9);
         assert_eq!((motion.end(), motion.moves_sleeve()), (3.0, false));
+    }
+
+    #[test]
+    fn the_pace_changes_times_but_not_the_way() {
+        let mut jump = row(&[("t", 1.0), ("insert", 0.02), ("spin", 3.0)]);
+        jump.set("sleeve", Value::Floats(vec![0.0, 0.1, 0.0]));
+        let rows = vec![
+            row(&[("t", 0.0), ("insert", 0.0), ("spin", 1.0)]),
+            row(&[("t", 1.0), ("insert", 0.02)]),
+            jump,
+            row(&[("t", 3.0), ("insert", -0.01)]),
+        ];
+        let motion = motion(rows).unwrap();
+        for pace in [0.3, 1.0, 4.0] {
+            let other = motion.clone().at_pace(pace);
+            assert!((other.end() * pace - 3.0).abs() < 1e-15);
+            for t in [0.2, 0.9, 1.4, 2.7] {
+                let (own, made) = (motion.mean(0.0, t), other.mean(0.0, t / pace));
+                let ways = [(own.insert, made.insert), (own.spin, made.spin), (own.sleeve[1], made.sleeve[1])];
+                for (own, made) in ways {
+                    assert!((own * t - made * t / pace).abs() < 1e-14, "{pace}, {t}: {own} and {made}");
+                }
+                assert!((motion.inserted(t) - other.inserted(t / pace)).abs() < 1e-15);
+            }
+        }
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 use stylet_scene::{Row, Words};
+use stylet_tissue::order::VertexOrder;
 
 /// A scene. SI units, angles in rad.
 #[derive(Clone, PartialEq, Debug, Default)]
@@ -40,20 +41,6 @@ pub struct Scene {
     pub output: OutputStage,
 }
 
-/// The numbers of the vertices of a mesh.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-pub enum VertexOrder {
-    /// As they were made or read.
-    Made,
-    /// By reverse Cuthill-McKee.
-    #[default]
-    Rcm,
-}
-
-impl Words for VertexOrder {
-    const WORDS: &'static [(&'static str, Self)] = &[("made", Self::Made), ("rcm", Self::Rcm)];
-}
-
 /// `[mesh]`
 #[derive(Clone, PartialEq, Debug)]
 pub struct MeshStage {
@@ -76,7 +63,7 @@ pub struct MeshStage {
 impl Default for MeshStage {
     fn default() -> Self {
         let [size, origin, cells] = [vec![0.1; 3], vec![0.0; 3], vec![8.0; 3]];
-        Self { shape: None, resolution: None, file: None, size, origin, cells, order: VertexOrder::default() }
+        Self { shape: None, resolution: None, file: None, size, origin, cells, order: VertexOrder::Rcm }
     }
 }
 
@@ -171,6 +158,8 @@ pub struct TimeStage {
     pub dt: f64,
     /// End of the run, s; left out: the last row of a motion.
     pub end: Option<f64>,
+    /// How many times as fast as written the needles move.
+    pub pace: f64,
     /// Scheme of the tissue.
     pub scheme: SchemeKind,
     /// Newmark's beta.
@@ -196,6 +185,7 @@ impl Default for TimeStage {
         Self {
             dt: 0.02,
             end: None,
+            pace: 1.0,
             scheme: SchemeKind::default(),
             beta: 0.25,
             gamma: 0.5,

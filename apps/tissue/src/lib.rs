@@ -7,6 +7,7 @@
 pub mod body;
 mod error;
 pub mod history;
+pub mod order;
 pub mod output;
 pub mod scenario;
 pub mod simulation;

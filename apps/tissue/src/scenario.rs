@@ -12,6 +12,11 @@ pub trait Scenario {
     /// Dimensions of its body, 2 or 3.
     fn dim(&self) -> usize;
 
+    /// What is legal but hardly meant, a line each: the key, what was found and what was expected.
+    fn warnings(&self) -> Vec<String> {
+        Vec::new()
+    }
+
     /// A frame every so many steps; 0: the last state only.
     fn frames_every(&self) -> usize;
 

@@ -86,6 +86,8 @@ pub const WITHIN_SOLVE: [&str; 2] = ["force", "linearize"];
 pub struct Stages {
     seconds: [f64; N_STAGES],
     calls: [u64; N_STAGES],
+    /// Seconds of what came before the run's own time began.
+    before: [f64; N_STAGES],
 }
 
 impl Stages {
@@ -115,6 +117,16 @@ impl Stages {
     pub fn add(&mut self, stage: Stage, seconds: f64, calls: u64) {
         self.seconds[stage as usize] += seconds;
         self.calls[stage as usize] += calls;
+    }
+
+    /// Ends the preparation: what was added so far is no part of the wall time of the steps.
+    pub fn begin_steps(&mut self) {
+        self.before = self.seconds;
+    }
+
+    /// The stages that ran while the run was prepared: name and seconds, which [`iter`](Self::iter) has as well.
+    pub fn before_steps(&self) -> impl Iterator<Item = (&'static str, f64)> + '_ {
+        (0..NAMES.len()).filter(|&k| self.before[k] > 0.0).map(|k| (NAMES[k], self.before[k]))
     }
 
     /// Seconds of every stage since an earlier reading, in the order of [`Stages::names`].

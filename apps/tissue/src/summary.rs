@@ -126,7 +126,8 @@ pub struct SteeringSummary {
     pub markers: Vec<MarkerSummary>,
     /// Seeds that were left.
     pub seeds: Vec<SeedSummary>,
-    /// What did not come about although the scene asks for it, a line each: needles that never cut, seeds that were not left.
+    /// A line each: what in the scene is hardly meant; what did not come about although the scene asks for it: needles that never
+    /// cut, seeds that were not left.
     pub notes: Vec<String>,
     /// Against measured positions; absent without a file of them, or where none of them lies within the run.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -111,13 +111,30 @@ fn a_tip_that_comes_into_what_is_fixed_stops_the_run() {
     let output = folder.run(&format!("run {scene} --out out --quiet"));
     let line = stderr(&output);
     assert_eq!(output.status.code(), Some(3), "{line}");
-    let known = "needle 1 has come into region upper cylinder, which is fixed, at (0.03";
+    let known = "needle 1 has come into region upper cylinder, which is fixed, with its tip, node 9, at (0.03";
     assert!(line.lines().count() == 1 && line.contains(known), "{line}");
     assert!(line.contains("m deep") && line.contains("files kept"), "{line}");
     let summary = json(&folder.read("out/summary.json"));
     assert!(summary["failure"].as_str().unwrap().contains("upper cylinder"));
     assert!((0.03..0.042).contains(&summary["steering"]["needles"][0]["depth_m"].as_f64().unwrap()), "{summary}");
     assert!(folder.has("out/mesh.svg") && folder.has("out/history.csv"));
+}
+
+#[test]
+fn bone_stops_a_built_in_scene() {
+    let folder = Folder::new();
+    let base = "needle.base=[-0.021,0.020,-0.035]";
+    let output = folder.run(&format!("run prostate-flexible --set {base} --out out --quiet"));
+    let line = stderr(&output);
+    assert_eq!(output.status.code(), Some(3), "{line}");
+    let known = "needle 1 has come into region pelvic bone, which is fixed, with its tip, node ";
+    assert!(line.lines().count() == 1 && line.contains("step 83") && line.contains(known), "{line}");
+    // What is kept is the end of the step before, with the tip in front of the bone.
+    let summary = json(&folder.read("out/summary.json"));
+    assert_eq!((summary["steps"].as_u64(), summary["converged"].as_bool()), (Some(82), Some(false)));
+    assert!(summary["failure"].as_str().unwrap().contains("pelvic bone"));
+    assert!((0.025..0.033).contains(&summary["steering"]["needles"][0]["depth_m"].as_f64().unwrap()), "{summary}");
+    assert!(folder.has("out/history.csv"));
 }
 
 #[test]
@@ -141,6 +158,39 @@ fn what_did_not_come_about_is_noted() {
     assert!(dented[1].starts_with("needle 1 left no seed at 10.00 mm of depth: it came to 0.0"), "{dented:?}");
     assert_eq!(dented[2], "markers.file has no position within the run, which ended at 0.2000 s");
     assert!(notes("--set friction.cutting=0.2 --set needle.friction_ratio=1").is_empty());
+}
+
+/// What was done before the steps, the mesh above all, has no share of their time.
+#[test]
+fn shares_of_stages_add_up() {
+    let folder = Folder::new();
+    let scene = folder.file("gel.toml", GEL);
+    for name in [scene.as_str(), "beam-bend --set mesh.cells=[8,3,3]", "slab2d-insertion --steps 20"] {
+        let text = folder.succeed(&format!("run {name} --no-files --quiet"));
+        let table = text.lines().skip_while(|line| !line.starts_with("  stage ")).skip(1);
+        // Stages within another one are set in further.
+        let rows: Vec<&str> = table.filter(|line| !line.starts_with("   ")).collect();
+        let shares =
+            rows.iter().filter_map(|row| row.split(" %").next()?.split_whitespace().last()?.parse::<f64>().ok());
+        let rounding = 0.05 * rows.len() as f64;
+        let sum: f64 = shares.sum();
+        assert!((sum - 100.0).abs() <= rounding, "{name}: {sum} %\n{text}");
+        let mesh = rows.iter().find(|row| row.starts_with("  mesh ")).unwrap_or_else(|| panic!("{text}"));
+        assert_eq!(mesh.contains("before"), !name.starts_with("slab2d"), "{text}");
+    }
+}
+
+/// A scene that was written in millimetres runs, and says what is odd before it does.
+#[test]
+fn implausible_magnitudes_are_warned_of() {
+    let folder = Folder::new();
+    let scene = folder.file("gel.toml", GEL.replace("bevel = 0.1", "diameter = 0.83"));
+    let output = folder.run(&format!("run {scene} --no-files --json --quiet --steps 2"));
+    let line = "needle.diameter (row 1): found 0.83 m, expected from 1e-5 to 0.02 m; check the units of the scene";
+    assert_eq!((output.status.code(), stderr(&output)), (Some(0), format!("stylet: gel: warning: {line}\n")));
+    let summary = json(std::str::from_utf8(&output.stdout).unwrap());
+    assert_eq!(summary["steering"]["notes"][0], line);
+    refuses(&folder, "run gel-single-bend --set needle.bending=0 --no-files", &["needle.bending", "a number > 0"]);
 }
 
 #[test]

@@ -43,10 +43,10 @@ impl Run {
         for (k, needle) in self.insertion.needles().iter().enumerate() {
             let Some(node) = needle.nodes().last() else { continue };
             if let Some(region) = self.fixed_region_at(VertexId(node.vertex)) {
-                let tip = needle.shaft.tip();
+                let (tip, node) = (needle.shaft.tip(), needle.shaft.n_nodes() - 1);
                 let reason = format!(
-                    "needle {} has come into region {region}, which is fixed, at ({:.4}, {:.4}, {:.4}) m, {:.4} m deep: \
-                     expected a way through tissue that gives",
+                    "needle {} has come into region {region}, which is fixed, with its tip, node {node}, at \
+                     ({:.4}, {:.4}, {:.4}) m, {:.4} m deep: expected a way through tissue that gives",
                     k + 1,
                     tip[0],
                     tip[1],

@@ -104,9 +104,11 @@ impl Run {
         mut insertion: Insertion<Solid>,
         record: Record,
         steps: usize,
-        stages: Stages,
+        mut stages: Stages,
         threads: usize,
     ) -> Self {
+        // The time of a run is that of its steps.
+        stages.begin_steps();
         precondition(&opened, &mut insertion);
         let checkpoint = Checkpoint::of(steps, &insertion);
         let dt = opened.scene.time.dt;

@@ -103,9 +103,9 @@ impl Run {
         self.opened.measured.as_ref().map(|measured| measured.error(&self.record.track))
     }
 
-    /// What did not come about although the scene asks for it.
+    /// What is hardly meant, and what did not come about although the scene asks for it.
     fn notes(&self) -> Vec<String> {
-        let mut notes = Vec::new();
+        let mut notes = self.opened.doubts.clone();
         let edge = self.opened.geometry.mean_edge();
         for (k, (needle, traces)) in self.insertion.needles().iter().zip(&self.record.traces).enumerate() {
             let made = self.needle(needle, traces);

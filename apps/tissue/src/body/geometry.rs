@@ -2,6 +2,7 @@
 
 use super::scene::{MeshStage, Scene};
 use crate::error::RunError;
+use crate::order::VertexOrder;
 use crate::state::Checksum;
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -60,6 +61,10 @@ impl AnyGeometry {
     /// [`RunError::Inconsistent`] names the scene or the mesh file, what was found and what was expected.
     pub fn of(scene: &Scene) -> Result<Self, RunError> {
         let Some(file) = &scene.mesh.file else { return Self::made(scene) };
+        if scene.mesh.order != VertexOrder::Made {
+            let reason = "mesh.order: found rcm beside mesh.file, expected made: vertices of a file keep their numbers";
+            return Err(RunError::Inconsistent { source_name: scene.label.clone(), reason: reason.to_owned() });
+        }
         let path = scene.folder.join(file);
         let refuse = |reason: String| RunError::Inconsistent { source_name: path.display().to_string(), reason };
         let data = read(&path).map_err(|error| {
@@ -104,6 +109,7 @@ fn boxed<const D: usize, const N: usize>(scene: &Scene) -> Result<Geometry<D, N>
     let upper = std::array::from_fn(|k| origin[k] + size[k]);
     let mesh: SimplexMesh<D, N> =
         kuhn_box(origin, upper, cells.map(|n| n as usize)).map_err(|e| format!("mesh: {e}"))?;
+    let mesh = scene.mesh.order.of(mesh)?;
     let (data, _) = export(&mesh).ok_or("mesh: found a dimension that files do not have")?;
     Geometry::of_data(scene, data)
 }

@@ -3,6 +3,7 @@
 use super::columns::{CONSTRAINT, DENSITY, LOAD, NOT_NEGATIVE, POISSON, REGION, VECTOR, YOUNG};
 use super::scene::*;
 use super::{constraint, load, material};
+use crate::order::VertexOrder;
 use stylet_physics::material::Solid;
 use stylet_scene::{Bound, Kind, Stage, Table, Value, Words, key, rows};
 
@@ -58,6 +59,8 @@ pub const TABLE: Table<Scene> = Table {
             float: |s| s.mesh.thickness, |s| Some(Value::Float(s.mesh.thickness))),
         key!("mesh.repair", Kind::Bool, "", "false", "put right what has one remedy in a file, such as duplicate cells",
             bool: |s| s.mesh.repair, |s| Some(Value::Bool(s.mesh.repair))),
+        key!("mesh.order", &["made", "rcm"], "\"made\"", "numbers of the vertices of a box, also in frames: as they were made; or reverse Cuthill-McKee, by which threads share few elements; those of a file stay",
+            VertexOrder: |s| s.mesh.order, |s| s.mesh.order.write()),
         key!("material.model", Kind::Choice(&Solid::MODELS), "", "\"neo-hookean\"", "constitutive law",
             text: |s| s.material.model, |s| s.material.model.clone().map(Value::Text)),
         key!("material.young", YOUNG, "Pa", "34000.0", "Young's modulus",

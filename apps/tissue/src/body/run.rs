@@ -103,6 +103,8 @@ impl<const D: usize, const N: usize, M: Law<D>> Run<D, N, M> {
         saved: Option<SavedRun>,
         mut stages: Stages,
     ) -> Result<Self, RunError> {
+        // The time of a run begins here, after its mesh was made and its nodes were picked.
+        stages.begin_steps();
         let began = Instant::now();
         let refuse = |reason: String| RunError::Inconsistent { source_name: scene.label.clone(), reason };
         if let Some(saved) = &saved {

@@ -1,5 +1,6 @@
 //! What a scene of a body is made of, as plain data. A stage that is `None` is neither built nor run.
 
+use crate::order::VertexOrder;
 use std::path::PathBuf;
 use stylet_scene::Row;
 
@@ -51,12 +52,14 @@ pub struct MeshStage {
     pub thickness: f64,
     /// Whether faults of a file that have one remedy are put right.
     pub repair: bool,
+    /// Numbers of the vertices of a box.
+    pub order: VertexOrder,
 }
 
 impl Default for MeshStage {
     fn default() -> Self {
         let (size, cells) = (vec![0.1; 3], vec![4.0; 3]);
-        Self { file: None, size, origin: Vec::new(), cells, thickness: 1.0, repair: false }
+        Self { file: None, size, origin: Vec::new(), cells, thickness: 1.0, repair: false, order: VertexOrder::Made }
     }
 }
 
