@@ -5,6 +5,7 @@ use super::setup::{Leg, Numerics, SPEED, Scene, published_scenes};
 use crate::timing::median;
 use crate::{BenchError, BenchOptions, Figure, Numbers, Report, Row};
 use std::ops::ControlFlow;
+use std::time::Instant;
 use stylet_physics::body::LazyRule;
 use stylet_physics::insertion::{Insertion, InsertionTimes};
 use stylet_physics::material::Solid;
@@ -38,6 +39,10 @@ const METIS: &str = "METIS";
 /// The same with shorter steps, and nearer to incompressible.
 const SHORT: f64 = 1e-3;
 const HARDER: f64 = 0.49;
+/// Entries of a vector that is handed to the team and back, how often at a time, and after how many frames.
+const HANDED: usize = 8192;
+const HANDS: usize = 16;
+const EVERY: usize = 16;
 /// Seconds that are simulated with short steps.
 const SHORT_RUN: f64 = 1.0;
 
@@ -47,7 +52,10 @@ const ABOUT: &str = "The runs of Table 2 of Chentanez et al. (2009): the needle 
     else by the numbers of vertices. Of all frames: the median, then the means of the search for friction states with its linear \
     solves (their LCP), forces, Jacobian and matrix of the tissue, forces and matrix of the needle, remeshing with \
     reparameterisation, and the 99th percentile. Published numbers in rows are those for as many threads; all of them are below. \
-    The bits of the end are compared between numbers of threads and ways of sharing.";
+    The bits of the end are compared between numbers of threads and ways of sharing. `handed_us` says how far apart the cores were \
+    during the run: the time in which 64 kB, a vector of a solve in the prostate, go to the other threads and back. A virtual \
+    machine may be moved between cores that share a cache (3 µs where this was written) and such that do not (6 µs), where a \
+    second thread is worth little.";
 
 pub(crate) fn run(options: &BenchOptions, say: &mut dyn FnMut(&str)) -> Result<Report, BenchError> {
     let mut report = Report::new("threads", options.threads);
@@ -103,9 +111,14 @@ fn compare(
         }
         say(&format!("{case}, {threads} threads{}{method}", if method.is_empty() { "" } else { ", " }));
         let numerics = Numerics { metis: method == METIS, ..*numerics };
-        let mut insertion = scene.start(&numerics, &Team::new(threads))?;
-        let mut frames = Vec::new();
+        let team = Team::new(threads);
+        let mut insertion = scene.start(&numerics, &team)?;
+        let (mut frames, mut hands) = (Vec::new(), Vec::new());
+        let mut vector = vec![0.0; HANDED];
         let followed = scene.follow(&mut insertion, numerics.dt, |_, _, seconds| {
+            if frames.len() % EVERY == 0 {
+                hands.push(hand(&team, &mut vector));
+            }
             frames.push(seconds);
             if options.stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
@@ -113,6 +126,7 @@ fn compare(
         let same = *first.get_or_insert_with(|| bits.clone()) == bits;
         let mut row = row(case.clone(), threads, &mut frames, &insertion.times());
         row.method = method.into();
+        row.more.insert("handed_us", 1e6 * median(&mut hands));
         row.note = match followed {
             Err(error) => error.to_string(),
             Ok(()) if !same => "the bits differ from those of the first run".into(),
@@ -122,6 +136,18 @@ fn compare(
         report.rows.push(row);
     }
     Ok(())
+}
+
+/// Seconds in which a vector goes from the calling thread to its team and back, the least of a few times.
+fn hand(team: &Team, vector: &mut [f64]) -> f64 {
+    let mut once = || {
+        let since = Instant::now();
+        vector.iter_mut().for_each(|x| *x += 1.0);
+        let mut parts: Vec<&mut [f64]> = vector.chunks_mut(HANDED.div_ceil(team.size())).collect();
+        team.each(&mut parts, |_, part| part.iter_mut().for_each(|x| *x += 1.0));
+        since.elapsed().as_secs_f64()
+    };
+    (0..HANDS).map(|_| once()).fold(f64::INFINITY, f64::min)
 }
 
 /// Those of all that moves.
