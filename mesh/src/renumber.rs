@@ -1,12 +1,12 @@
 //! Which vertices are neighbours, and the same start mesh under other numbers.
 
 use crate::{
-    SimplexMesh,
-    node::{NONE, Node, is_interior, link, unlink},
+    MeshError, SimplexMesh,
+    node::{NONE, Node, is_interior},
 };
 
 /// Why a mesh cannot be renumbered.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RenumberError {
     /// Cells were bisected or remeshed, or vertices moved: identifiers are then in use elsewhere.
@@ -30,6 +30,9 @@ pub enum RenumberError {
         /// The last vertex.
         last: usize,
     },
+    /// The cells do not make a mesh under other numbers: rounding has them flat in another order, say.
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
 }
 
 impl<const D: usize, const N: usize> SimplexMesh<D, N> {
@@ -69,7 +72,8 @@ impl<const D: usize, const N: usize> SimplexMesh<D, N> {
     }
 
     /// The same mesh with vertex `new_to_old[k]` as vertex `k`, and the cells in the order of their vertices: by the lowest,
-    /// then the next one. Places, regions, tags of the boundary and the edges that will be bisected stay.
+    /// then the next one. Places, regions and tags of the boundary stay. Cells are made anew under their rule, so that which of
+    /// several edges of one length is bisected first goes by the new numbers, like in cells that are made of them later.
     ///
     /// # Errors
     /// [`RenumberError`]: the mesh is not as it was made, or `new_to_old` does not name each vertex once.
@@ -87,26 +91,27 @@ impl<const D: usize, const N: usize> SimplexMesh<D, N> {
             order.push((sorted, slot as u32));
         }
         order.sort_unstable();
-        let mut slot_of = vec![0; self.n_macros];
-        for (new, &(_, old)) in order.iter().enumerate() {
-            slot_of[old as usize] = new as u32;
-        }
-        let mut mesh = Self::with_points(new_to_old.iter().map(|&v| self.points[v as usize]).collect());
-        for (new, &(_, old)) in order.iter().enumerate() {
-            let node = &self.nodes[old as usize];
-            let v = renamed(node);
-            let links = node.links.map(|to| {
-                if !is_interior(to) {
-                    return to;
+        let olds = || order.iter().map(|&(_, old)| &self.nodes[old as usize]);
+        let cells = olds().map(|node| {
+            let mut v = renamed(node);
+            // Of a surface or a rod the order is the orientation.
+            if node.is_negative() {
+                v.swap(0, 1);
+            }
+            v
+        });
+        let regions = olds().map(|node| self.regions.get(node.region()).copied().unwrap_or_default());
+        let points = new_to_old.iter().map(|&v| self.points[v as usize]).collect();
+        let mut mesh = Self::assemble(points, cells.collect(), regions.collect(), self.rule)?;
+        for (node, old) in mesh.nodes.iter_mut().zip(olds()) {
+            let names = renamed(old);
+            for (vertex, link) in node.v.iter().zip(&mut node.links) {
+                let facet = names.iter().position(|name| name == vertex);
+                if let Some(&tag) = facet.map(|facet| &old.links[facet]).filter(|&&tag| !is_interior(tag)) {
+                    *link = tag;
                 }
-                let (slot, facet) = unlink(to);
-                link(slot_of[slot], facet)
-            });
-            v.iter().for_each(|&v| mesh.vertex_leaf[v as usize] = new as u32);
-            mesh.nodes.push(Node { v, links, ..*node });
+            }
         }
-        mesh.regions.clone_from(&self.regions);
-        (mesh.n_macros, mesh.n_live, mesh.rule) = (self.n_macros, self.n_live, self.rule);
         (mesh.slot_limit, mesh.bisection_limit) = (self.slot_limit, self.bisection_limit);
         Ok(mesh)
     }

@@ -12,8 +12,10 @@ use std::thread::{self, JoinHandle, Thread};
 
 /// Looks at a counter before a waiting thread gives its core away, about 30 µs.
 const SPINS: u32 = 1 << 12;
-/// Further looks, giving way to other threads each time, before a member sleeps.
-const YIELDS: u32 = 64;
+/// Further looks, giving way to other threads each time, before a member sleeps: one to two milliseconds, so that it is awake
+/// throughout the steps of a simulation, whose serial parts take less. One that is woken instead is as like as not put on
+/// the core of the thread that woke it.
+const YIELDS: u32 = 1 << 12;
 
 /// A counter that shares no cache line with another one.
 #[derive(Default)]

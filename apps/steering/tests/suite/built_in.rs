@@ -12,6 +12,14 @@ fn run_through(name: &str) -> SteeringSummary {
     let mut run = opened.start(1).unwrap();
     run.forgo_pictures();
     let (points, cells) = (run.points().to_vec(), run.cells());
+    go_on(run.as_mut(), 60);
+    let mut resumed = opened.resume(&run.save().unwrap(), 1).unwrap_or_else(|error| panic!("{name}: {error}"));
+    for rest in [&mut run, &mut resumed] {
+        go_on(rest.as_mut(), 3);
+    }
+    let bits = |v: &[f64]| v.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+    assert_eq!(bits(run.displacement()), bits(resumed.displacement()), "{name}: resumed");
+    drop(resumed);
     go_on(run.as_mut(), usize::MAX);
     assert!(run.finished() && (run.points(), run.cells()) == (&points[..], cells), "{name}: another mesh");
     let summary = run.summary(&[]);
