@@ -45,6 +45,11 @@ impl Condensed {
         Ok(system.estimate(&mut self.w)? && self.w.len() == n * n)
     }
 
+    /// Slip of a node by force on it, m/N; zero where it is not known.
+    pub(super) fn compliance(&self, node: usize) -> f64 {
+        self.w.get(node * self.free_slip.len() + node).copied().unwrap_or(0.0)
+    }
+
     /// Moves `s_free` so that the condensed system reproduces what a solve of the whole one has found. With a `W` that is only
     /// nearly right the states are then right about that answer.
     pub(super) fn correct(&mut self, answer: &Answer) {

@@ -1,7 +1,7 @@
 //! The rods in the coupled system: their forces, matrices and right sides, and where their nodes end.
 
 use super::settings::CoupledSettings;
-use super::shaft::{SleeveMotion, difference, inner, set_triple, triple};
+use super::shaft::{SleeveMotion, difference, inner, length, set_triple, triple, unit};
 use super::{Shaft, SlipState};
 use crate::dynamics::scheme::Coefficients;
 use crate::rod::RodError;
@@ -37,6 +37,12 @@ pub(super) struct RodSystem {
     /// `x^ − x0` and `v^`; of the nodes in the sleeve what is prescribed.
     pub p: Vec<f64>,
     v_hat: Vec<f64>,
+    /// Where forces and matrix are taken: `x0`, but for what the sleeve has fed, which all that is outside goes on by. At `x0`
+    /// itself the second edge would be stretched or compressed by it, with thousands of newtons that are none, and a pull holds
+    /// edges in the direction that they have.
+    fed: Vec<f64>,
+    /// `x^` less these places; of the nodes in the sleeve what is prescribed.
+    ahead: Vec<f64>,
     /// Torque about the first edge that holds its angle, N m.
     base_torque: f64,
     /// Its first node (node 2) in the small body.
@@ -52,6 +58,8 @@ impl RodSystem {
             force: Vec::new(),
             p: Vec::new(),
             v_hat: Vec::new(),
+            fed: Vec::new(),
+            ahead: Vec::new(),
             base_torque: 0.0,
             first: 0,
             own: None,
@@ -70,6 +78,12 @@ impl RodSystem {
         self.force.resize(3 * n, 0.0);
         self.base_torque = 0.0;
         let Shaft { rod, x, director, .. } = needle;
+        let edge = difference(&triple(x, 2), &triple(x, 1));
+        let by = rod.rest_lengths()[1] - length(&edge);
+        let on = unit(&edge).map(|t| by * t);
+        self.fed.clear();
+        self.fed.extend(x.iter().enumerate().map(|(i, x)| if i < 6 { *x } else { x + on[i % 3] }));
+        let x = &self.fed;
         if !rod.is_naturally_straight() {
             // Twist spreads at once: the angles are in balance, with the base held. Without torsional friction nothing else turns
             // an edge, so that a straight needle keeps the angle of its base all along.
@@ -78,12 +92,12 @@ impl RodSystem {
             rod.add_twist_force(x, director, &mut self.force);
             self.base_torque = rod.base_torque(x, director)?;
         }
-        needle.rod.add_force(&needle.x, &needle.director, &mut self.force);
+        needle.rod.add_force(&self.fed, &needle.director, &mut self.force);
         for node in 0..n {
             let mass = needle.rod.node_mass(node);
             (0..3).for_each(|k| self.force[3 * node + k] += mass * settings.gravity[k]);
         }
-        needle.rod.tangent(&needle.x, &needle.director, settings.tangent, twist, &mut self.tangent);
+        needle.rod.tangent(&self.fed, &needle.director, settings.tangent, twist, &mut self.tangent);
         let own = settings.needle_scheme.coefficients(c.h);
         self.own = Some(own);
         self.p.clear();
@@ -94,15 +108,17 @@ impl RodSystem {
             set_triple(&mut self.p, node, &difference(place, &needle.place(node)));
             set_triple(&mut self.v_hat, node, &sleeve.velocity);
         }
+        self.ahead.clear();
+        self.ahead.extend((0..3 * n).map(|i| self.p[i] + needle.x[i] - self.fed[i]));
         Ok(())
     }
 
-    /// `f − K p − D v^` of a node.
+    /// `f − K (x^ − x) − D v^` of a node, with forces and matrix at `x`.
     fn side(&self, node: usize, damping: f64) -> [f64; 3] {
         let mut side = triple(&self.force, node);
         let (columns, blocks) = self.tangent.row(node);
         for (&j, block) in columns.iter().zip(blocks) {
-            let (p, v) = (triple(&self.p, j as usize), triple(&self.v_hat, j as usize));
+            let (p, v) = (triple(&self.ahead, j as usize), triple(&self.v_hat, j as usize));
             for (side, row) in side.iter_mut().zip(block) {
                 *side -= (0..3).map(|l| row[l] * (p[l] + damping * v[l])).sum::<f64>();
             }

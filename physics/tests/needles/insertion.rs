@@ -339,6 +339,23 @@ fn held_needles_stick_at_any_step() {
     }
 }
 
+/// A bent needle that has left the tissue is straight at once, on its axis and without a moment at its base, while it is
+/// drawn on.
+#[test]
+fn withdrawn_needles_are_straight() {
+    let mut block = SetUp::new().build();
+    block.add_needle(NeedleSettings { bevel: 0.2, bevel_direction: [0.0, 1.0, 0.0], ..wire(0.0303, 0.0298) }).unwrap();
+    push(&mut block, 0.02, 0.02, 90);
+    assert!((block.needles()[0].shaft.tip()[1] - 0.0303).abs() > 1e-3);
+    push(&mut block, -0.02, 0.02, 100);
+    let needle = &block.needles()[0];
+    let off = (needle.shaft.tip()[1] - 0.0303).hypot(needle.shaft.tip()[2] - 0.0298);
+    let moment = needle.base_moment.iter().map(|m| m * m).sum::<f64>().sqrt();
+    println!("{off:e} m off its axis, {moment:e} N m, {} nodes", needle.shaft.n_nodes());
+    assert!(needle.nodes().is_empty() && needle.shaft.tip()[0] < -1e-3);
+    assert!(off < 1e-8 && moment < 1e-8, "{off} {moment}");
+}
+
 /// Friction that no tissue bears tears it along; where that cannot go on the run ends, and the needle is where it was.
 #[test]
 fn absurd_friction_throws_no_needle() {
