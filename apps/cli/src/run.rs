@@ -46,7 +46,8 @@ pub fn execute(args: &RunArgs) -> Result<Exit, Failure> {
     }
 
     let written = recorder.as_mut().map_or(Ok(()), |recorder| {
-        if matches!(end, End::Interrupted) {
+        // What failed has left the last good state.
+        if matches!(end, End::Interrupted | End::Failed(_)) {
             recorder.keep_last_state();
         }
         recorder.finish(simulation.as_ref(), &summary)

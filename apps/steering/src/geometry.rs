@@ -84,13 +84,16 @@ impl Geometry {
         Self { mesh, regions, markers, bounds, body }
     }
 
-    /// The number of a region.
+    /// The number of a region that has cells.
     ///
     /// # Errors
     /// What was found and what was expected.
     pub fn region(&self, name: &str) -> Result<usize, String> {
-        self.regions.iter().position(|region| region.name == name).ok_or_else(|| {
-            let names: Vec<&str> = self.regions.iter().map(|region| region.name.as_str()).collect();
+        let mut filled = vec![false; self.regions.len()];
+        self.mesh.cells().for_each(|cell| filled[self.mesh.region(cell) as usize] = true);
+        let mut known = self.regions.iter().zip(&filled).map(|(region, filled)| (region.name.as_str(), *filled));
+        known.clone().position(|(known, filled)| known == name && filled).ok_or_else(|| {
+            let names: Vec<&str> = known.by_ref().filter_map(|(name, filled)| filled.then_some(name)).collect();
             let near = nearest(name, names.iter().copied());
             format!("found region {name}, expected one of {}; nearest is {near}", names.join(", "))
         })

@@ -45,6 +45,8 @@ use tip::TipMove;
 const MAX_HALVINGS: u32 = 12;
 /// Part of the shortest edge of a needle that a part of a step may take back into the sleeve.
 const PULL: f64 = 0.9;
+/// Most that a needle is turned in a part of a step, rad: its bevel cuts one way during all of it.
+const TURN: f64 = std::f64::consts::FRAC_PI_8;
 /// Slower than this, in metres by step, a node has not slid.
 const STILL: f64 = 1e-15;
 
@@ -227,8 +229,18 @@ impl<M: Hyperelastic<3>> Insertion<M> {
         // Nor may a part take back more than the shortest edge that there can be at a sleeve.
         let edges = self.needles.iter().map(|needle| PULL * needle.edges.shortest()).fold(f64::INFINITY, f64::min);
         let reach = self.integrator.settings().reach.min(edges);
-        while size > 1 && longest * f64::from(size) / f64::from(whole) > reach {
+        let turn = motions.iter().map(|motion| motion.spin.abs()).fold(0.0, f64::max) * h;
+        let part_of = |size: u32| f64::from(size) / f64::from(whole);
+        while size > 1 && (longest * part_of(size) > reach || turn * part_of(size) > TURN) {
             size /= 2;
+        }
+        if turn * part_of(size) > TURN {
+            let value = turn / h;
+            return Err(InsertionError::Setting {
+                name: "the spin",
+                value,
+                expected: "no more than 1,600 rad by step",
+            });
         }
         let largest = size;
         while done < whole {

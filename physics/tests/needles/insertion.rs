@@ -339,6 +339,22 @@ fn held_needles_stick_at_any_step() {
     }
 }
 
+/// A bevel that goes round many times in each step cuts every way, and the needle goes straight.
+#[test]
+fn fast_spins_are_not_taken_for_none() {
+    let motion = BaseMotion { insert: 0.02, spin: 100.0 * std::f64::consts::PI, ..BaseMotion::default() };
+    let mut block = SetUp::new().build();
+    let bevelled = NeedleSettings { bevel: 0.2, bevel_direction: [0.0, 1.0, 0.0], ..wire(0.0303, 0.0298) };
+    block.add_needle(bevelled.clone()).unwrap();
+    turn(&mut block, motion, 0.02, 90);
+    let tip = block.needles()[0].shaft.tip();
+    assert!(tip[0] > 0.02 && (tip[1] - 0.0303).hypot(tip[2] - 0.0298) < 5e-4, "{tip:?}");
+    let mut block = SetUp::new().build();
+    block.add_needle(bevelled).unwrap();
+    let error = block.step(&[BaseMotion { spin: 1e300, ..motion }], 0.02).unwrap_err();
+    assert!(error.to_string().contains("the spin"), "{error}");
+}
+
 /// A bent needle that has left the tissue is straight at once, on its axis and without a moment at its base, while it is
 /// drawn on.
 #[test]

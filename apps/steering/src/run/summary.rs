@@ -3,7 +3,7 @@
 use super::Run;
 use super::history::sticking;
 use crate::record::Trace;
-use stylet_mesh::{VertexId, quality};
+use stylet_mesh::{CellId, VertexId, quality};
 use stylet_physics::insertion::Needle;
 use stylet_tissue::Simulation;
 use stylet_tissue::summary::{
@@ -11,12 +11,14 @@ use stylet_tissue::summary::{
     Summary,
 };
 
+/// Dihedral angles of cells beside needles that are as they should be, degrees.
+const SOUND_DEG: [f64; 2] = [8.0, 165.0];
+
 impl Run {
     /// The summary, with the displacements at the probes.
     pub(super) fn summarise(&self, probes: &[Vec<f64>]) -> Summary {
-        let (mesh, u, totals) = (self.insertion.mesh(), &self.insertion.state().u, &self.record.totals);
+        let (mesh, totals) = (self.insertion.mesh(), &self.record.totals);
         let quality = quality::summary(mesh);
-        let inverted = |cell: &_| !self.insertion.body().jacobian(*cell, u).is_some_and(|j| j > 0.0);
         let first = &self.insertion.needles()[0];
         Summary {
             schema: 1,
@@ -62,7 +64,7 @@ impl Run {
                 min_angle_deg: quality.min_angle_deg,
                 max_angle_deg: quality.max_angle_deg,
                 min_quality: quality.min_quality,
-                inverted_elements: mesh.cells().filter(inverted).count(),
+                inverted_elements: self.inverted(),
             },
             stages: self.stages,
         }
@@ -106,6 +108,7 @@ impl Run {
     /// What is hardly meant, and what did not come about although the scene asks for it.
     fn notes(&self) -> Vec<String> {
         let mut notes = self.opened.doubts.clone();
+        notes.extend(self.trouble());
         let edge = self.opened.geometry.mean_edge();
         for (k, (needle, traces)) in self.insertion.needles().iter().zip(&self.record.traces).enumerate() {
             let made = self.needle(needle, traces);
@@ -119,6 +122,39 @@ impl Run {
             notes.push(format!("markers.file has no position within the run, which ended at {end:.4} s"));
         }
         notes
+    }
+
+    /// What makes the numbers of a run doubtful.
+    fn trouble(&self) -> Vec<String> {
+        let (totals, inverted) = (&self.record.totals, self.inverted());
+        let mut trouble = Vec::new();
+        if inverted > 0 {
+            let of = self.insertion.mesh().n_cells();
+            trouble
+                .push(format!("{inverted} of {of} elements are inside out: what is computed with them is no tissue"));
+        }
+        if totals.consistent < totals.substeps {
+            trouble.push(format!(
+                "friction states of {} of {} steps are not consistent; the column inconsistent of history.csv says which",
+                totals.substeps - totals.consistent,
+                totals.substeps
+            ));
+        }
+        let [least, most] = totals.angles_deg;
+        if least < SOUND_DEG[0] || most > SOUND_DEG[1] {
+            let [from, to] = SOUND_DEG;
+            trouble.push(format!(
+                "cells beside needles have angles of {least:.1} to {most:.1} degrees, expected {from} to {to}"
+            ));
+        }
+        trouble
+    }
+
+    /// Elements that are inside out.
+    fn inverted(&self) -> usize {
+        let u = self.displacement();
+        let is = |cell: &CellId| !self.insertion.body().jacobian(*cell, u).is_some_and(|j| j > 0.0);
+        self.insertion.mesh().cells().filter(is).count()
     }
 
     fn needle(&self, needle: &Needle, traces: &[Trace]) -> FlexibleNeedle {
