@@ -131,8 +131,8 @@ impl SearchWorkspace {
 /// the tolerance that the solve has reached. A node that is about to slip has, as static, a force at its limit, and, as
 /// slipping, no slip: without slack the rounding of the solve would refuse both. With it one of both is accepted, provided that
 /// the slack covers the error of the solve: where the computed force is beyond the limit by more than its error, so is the true
-/// one, and a node that lets go then slips the way in which its force pushed, as `W` is positive definite. Once the columns of
-/// the condensed system are known, a slip may also be of the wrong sign by what a force of that error makes of it.
+/// one, and a node that lets go then slips the way in which its force pushed, as `W` is positive definite. Once a search has
+/// gone on for long, a slip may also be of the wrong sign by what a force of that error makes of it.
 ///
 /// A condensed system, once it is asked for, gives all further states. After each failure it is moved to agree with the
 /// solution of that trial, since its columns have errors of the tolerance too. With a ratio above one, several sets may be
@@ -195,7 +195,7 @@ impl<S: StickSlip> Search<'_, S> {
             }
         }
         let consistent = self.solve(states, &[self.settings.solve_tolerance], report)?;
-        Ok(consistent || self.holds_to_its_errors(states))
+        Ok(consistent || self.holds_to_its_errors(states, report))
     }
 
     /// Solves with these states, and returns whether they are consistent.
@@ -208,16 +208,17 @@ impl<S: StickSlip> Search<'_, S> {
         let first = usize::from(condensed || checked || check_tolerance <= solve_tolerance);
         let consistent = self.solve(states, &[check_tolerance, solve_tolerance][first..], report)?;
         self.ws.failed_at.push(self.tolerance);
-        Ok(consistent || self.holds_to_its_errors(states))
+        Ok(consistent || self.holds_to_its_errors(states, report))
     }
 
-    /// Whether the conditions hold where slips may be wrong by what a force at the tolerance moves their nodes. That is known
-    /// with true columns alone. In short steps it is far above the tolerance of slips, and a node that is about to stop would
-    /// be refused in every state.
-    fn holds_to_its_errors(&self, states: &[SlipState]) -> bool {
+    /// Whether the conditions hold where slips may be wrong by what a force at the tolerance moves their nodes. In short steps,
+    /// and where all is about to stop, that is far above the tolerance of slips, and every state of a node may be refused.
+    /// For searches that have gone on for long alone: what holds to the errors might creep by them.
+    fn holds_to_its_errors(&self, states: &[SlipState], report: &SearchReport) -> bool {
+        let long = self.settings.condense_after.is_some_and(|failures| report.trials > failures);
         let [force, slip] = self.slacks();
         let moves = |i: usize| self.ws.condensed.compliance(i) * force;
-        self.loaded
+        (self.loaded || long && self.estimated.is_some())
             && self.tolerance <= self.settings.solve_tolerance
             && states.iter().enumerate().all(|(i, &state)| self.holds(i, state, [force, slip.max(moves(i))]))
     }
