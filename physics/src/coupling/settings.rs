@@ -22,7 +22,7 @@ pub struct CoupledSettings {
     /// velocities that change sign with every step. Published as that of the tissue.
     pub needle_scheme: Scheme,
     /// How far a needle may slide past the tissue in one step, m, a part of the edges of the mesh; more is
-    /// [`CouplingError::Overrun`].
+    /// [`CouplingError::Overrun`](super::CouplingError::Overrun).
     pub reach: f64,
     /// Acceleration of gravity that acts on the needles, m/s^2.
     pub gravity: [f64; 3],
