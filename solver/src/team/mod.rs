@@ -2,8 +2,8 @@
 //!
 //! An iteration of a solver is a few passes of microseconds each over the same vectors. Handing such a pass to a thread pool
 //! costs about as much as the pass; the members of a [`Team`] watch one counter instead, and start within a fraction of a
-//! microsecond. A member that has no core at that moment is not waited for: the others do its share. Between solves members
-//! sleep.
+//! microsecond. A member that has no core at that moment is not waited for: the others do its share. Two milliseconds after
+//! the last pass members sleep.
 //!
 //! Everything that a team computes has the bits that one thread computes: vectors are cut at whole chunks of
 //! [`vector::CHUNK`](crate::vector::CHUNK) entries, and their sums are added in order by the thread that asked.
