@@ -1,7 +1,7 @@
 //! The rods in the coupled system: their forces, matrices and right sides, and where their nodes end.
 
 use super::settings::CoupledSettings;
-use super::shaft::{SleeveMotion, difference, inner, length, set_triple, triple, unit};
+use super::shaft::{SleeveMotion, difference, inner, set_triple, triple, unit};
 use super::{Shaft, SlipState};
 use crate::dynamics::scheme::Coefficients;
 use crate::rod::RodError;
@@ -79,8 +79,7 @@ impl RodSystem {
         self.base_torque = 0.0;
         let Shaft { rod, x, director, .. } = needle;
         let edge = difference(&triple(x, 2), &triple(x, 1));
-        let by = rod.rest_lengths()[1] - length(&edge);
-        let on = unit(&edge).map(|t| by * t);
+        let on = unit(&edge).map(|t| sleeve.fed * t);
         self.fed.clear();
         self.fed.extend(x.iter().enumerate().map(|(i, x)| if i < 6 { *x } else { x + on[i % 3] }));
         let x = &self.fed;

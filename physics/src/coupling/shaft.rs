@@ -45,6 +45,9 @@ pub struct SleeveMotion {
     pub place: [[f64; 3]; 2],
     /// Their velocity there, m/s.
     pub velocity: [f64; 3],
+    /// How much of the needle it has pushed out, m, by which the rest length of the second edge has grown already; negative
+    /// where it draws the needle in.
+    pub fed: f64,
 }
 
 impl Shaft {

@@ -215,7 +215,7 @@ impl Needle {
             let x = self.shaft.place(node);
             std::array::from_fn(|k| x[k] + h * motion.sleeve[k])
         };
-        SleeveMotion { place: [place(0), place(1)], velocity: motion.sleeve }
+        SleeveMotion { place: [place(0), place(1)], velocity: motion.sleeve, fed: h * motion.insert }
     }
 }
 
