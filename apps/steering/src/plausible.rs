@@ -60,8 +60,7 @@ pub(crate) fn doubts(scene: &Scene, geometry: &Geometry, tissues: &[Tissue]) -> 
     let side = (0..3).map(|k| geometry.bounds[1][k] - geometry.bounds[0][k]).fold(0.0, f64::max);
     doubts.extend(BODY.doubt(key, side));
     for (region, tissue) in geometry.regions.iter().zip(tissues).filter(|(_, tissue)| !tissue.fixed) {
-        let (mu, lambda) = (tissue.law.lame().mu(), tissue.law.lame().lambda());
-        let young = mu * (3.0 * lambda + 2.0 * mu) / (lambda + mu);
+        let young = tissue.law.lame().young();
         doubts.extend(TISSUE_YOUNG.doubt(&format!("young of region {}", region.name), young));
         doubts.extend(TISSUE_DENSITY.doubt(&format!("density of region {}", region.name), tissue.density));
     }

@@ -203,8 +203,8 @@ mod tests {
 
     /// Young's modulus and Poisson's ratio.
     fn law(tissue: &Tissue) -> (f64, f64) {
-        let (mu, lambda) = (tissue.law.lame().mu(), tissue.law.lame().lambda());
-        (mu * (3.0 * lambda + 2.0 * mu) / (lambda + mu), 0.5 * lambda / (lambda + mu))
+        let lame = tissue.law.lame();
+        (lame.young(), 0.5 * lame.lambda() / (lame.lambda() + lame.mu()))
     }
 
     #[track_caller]

@@ -144,6 +144,12 @@ impl Lame {
         Self::deserialize(source)?.non_negative().map_err(D::Error::custom)
     }
 
+    /// Young's modulus, Pa.
+    #[must_use]
+    pub fn young(&self) -> f64 {
+        self.mu * (3.0 * self.lambda + 2.0 * self.mu) / (self.lambda + self.mu)
+    }
+
     /// Shear modulus `mu`, Pa.
     #[inline]
     pub fn mu(&self) -> f64 {
