@@ -1,7 +1,7 @@
 //! The rods in the coupled system: their forces, matrices and right sides, and where their nodes end.
 
 use super::settings::CoupledSettings;
-use super::shaft::{SleeveMotion, difference, inner, set_triple, triple, unit};
+use super::shaft::{SleeveMotion, difference, inner, length, set_triple, triple, unit};
 use super::{Shaft, SlipState};
 use crate::dynamics::scheme::Coefficients;
 use crate::rod::RodError;
@@ -39,7 +39,8 @@ pub(super) struct RodSystem {
     v_hat: Vec<f64>,
     /// Where forces and matrix are taken: `x0`, but for what the sleeve has fed, which all that is outside goes on by. At `x0`
     /// itself the second edge would be stretched or compressed by it, with thousands of newtons that are none, and a pull holds
-    /// edges in the direction that they have.
+    /// edges in the direction that they have. An edge that would be too short even so goes on by what it lacks: a push that is
+    /// there turns edges about, and a pull may stay.
     fed: Vec<f64>,
     /// `x^` less these places; of the nodes in the sleeve what is prescribed.
     ahead: Vec<f64>,
@@ -79,7 +80,8 @@ impl RodSystem {
         self.base_torque = 0.0;
         let Shaft { rod, x, director, .. } = needle;
         let edge = difference(&triple(x, 2), &triple(x, 1));
-        let on = unit(&edge).map(|t| sleeve.fed * t);
+        let fed = sleeve.fed.max(rod.rest_lengths()[1] - length(&edge));
+        let on = unit(&edge).map(|t| fed * t);
         self.fed.clear();
         self.fed.extend(x.iter().enumerate().map(|(i, x)| if i < 6 { *x } else { x + on[i % 3] }));
         let x = &self.fed;
