@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use std::path::Path;
 use stylet_scene::{Table, Value};
 
-const MAGIC: &[u8; 8] = b"stylet\0\x05";
+const MAGIC: &[u8; 8] = b"stylet\0\x06";
 const HEADER: usize = 16;
 
 /// What an application saves of a run: its scene and what cannot be derived from that, in an encoding of its own.

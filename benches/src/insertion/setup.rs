@@ -129,6 +129,8 @@ pub(crate) struct Numerics {
     pub coupling: CouplingMethod,
     /// Whether METIS says which thread sums which rows.
     pub metis: bool,
+    /// Whether nodes are relieved of what unsymmetric cells do to forces along a needle.
+    pub relieve_aside: bool,
 }
 
 impl Default for Numerics {
@@ -141,6 +143,7 @@ impl Default for Numerics {
             search: SearchSettings::default(),
             coupling: CouplingMethod::NullSpace,
             metis: false,
+            relieve_aside: true,
         }
     }
 }
@@ -259,6 +262,7 @@ impl Scene {
             },
             search: numerics.search,
             coupling: numerics.coupling,
+            relieve_aside: numerics.relieve_aside,
             ..CoupledSettings::new(numerics.dt, REACH * self.tissue.mean_edge())
         };
         let mut insertion = Insertion::new(self.tissue.mesh.clone(), body, held, settings, forces, [0.0; 3], team)?;

@@ -10,6 +10,7 @@
 //! Coupling nodes are listed from the entry of the needle to its tip. A tangential force `λ_i` is the force on the tissue
 //! along the tangent that points to the tip, a slip `s_i` is how far the needle moves past the tissue along it in a step.
 
+mod aside;
 mod condensed;
 mod error;
 mod rods;

@@ -24,13 +24,16 @@ pub struct CoupledSettings {
     /// How far a needle may slide past the tissue in one step, m, a part of the edges of the mesh; more is
     /// [`CouplingError::Overrun`](super::CouplingError::Overrun).
     pub reach: f64,
+    /// Whether nodes are relieved of what forces along a needle do aside by the shapes of cells alone. Published as not.
+    pub relieve_aside: bool,
     /// Acceleration of gravity that acts on the needles, m/s^2.
     pub gravity: [f64; 3],
 }
 
 impl CoupledSettings {
     /// Steps of length `dt` (s) in which a needle may slide by `reach` (m): the trapezoid rule without damping for the tissue,
-    /// backward Euler for needles, the null-space form, Gauss-Newton's matrix, explicit twist, no gravity.
+    /// backward Euler for needles, the null-space form, Gauss-Newton's matrix, explicit twist, unsymmetric cells
+    /// relieved, no gravity.
     #[must_use]
     pub fn new(dt: f64, reach: f64) -> Self {
         Self {
@@ -41,6 +44,7 @@ impl CoupledSettings {
             implicit_twist: false,
             needle_scheme: Scheme::BackwardEuler,
             reach,
+            relieve_aside: true,
             gravity: [0.0; 3],
         }
     }

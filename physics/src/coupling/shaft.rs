@@ -36,6 +36,20 @@ pub struct CouplingNode {
     pub limits: SlipLimits,
     /// Viscous friction, N s/m.
     pub drag: f64,
+    /// Force along the needle on the tissue in the last step, N.
+    pub force: f64,
+    /// Whether the tissue is the same all around it, so that a force along the needle ought to move it along the needle alone:
+    /// neither skin nor the border of a region.
+    pub is_within: bool,
+}
+
+impl CouplingNode {
+    /// A node that sticks and bears nothing yet.
+    #[must_use]
+    pub fn new(vertex: u32) -> Self {
+        let limits = SlipLimits { dynamic: [0.0; 2], fixed: [0.0; 2] };
+        Self { vertex, state: SlipState::Static, limits, drag: 0.0, force: 0.0, is_within: false }
+    }
 }
 
 /// How the sleeve moves its two nodes during a step.

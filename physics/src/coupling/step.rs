@@ -6,6 +6,7 @@
 //!                        accelerations -> end of the step, in the integrator, until it is taken
 //! ```
 
+use super::aside::Aside;
 use super::rods::{RodSystem, ShaftEnd};
 use super::settings::{CoupledReport, CoupledSettings, CoupledTimes};
 use super::shaft::{SleeveMotion, difference, inner, length, set_triple, triple};
@@ -36,6 +37,7 @@ pub struct CoupledIntegrator {
     ws: NullSpaceWorkspace,
     search: SearchWorkspace,
     answer: Answer,
+    aside: Aside,
     rods: Vec<RodSystem>,
     ends: Vec<ShaftEnd>,
     links: Vec<Link>,
@@ -60,6 +62,7 @@ impl CoupledIntegrator {
             ws: CgWorkspace::on(team).into(),
             search: SearchWorkspace::new(),
             answer: Answer::default(),
+            aside: Aside::new(),
             rods: Vec::new(),
             ends: Vec::new(),
             links: Vec::new(),
@@ -189,8 +192,8 @@ impl CoupledIntegrator {
             std::mem::swap(&mut needle.x, &mut end.x);
             std::mem::swap(&mut needle.v, &mut end.v);
             std::mem::swap(&mut needle.a, &mut end.a);
-            for (node, state) in needle.nodes.iter_mut().zip(&end.states) {
-                node.state = *state;
+            for (node, (state, force)) in needle.nodes.iter_mut().zip(end.states.iter().zip(&end.forces)) {
+                (node.state, node.force) = (*state, *force);
             }
         }
     }
@@ -208,6 +211,11 @@ impl CoupledIntegrator {
         let small = self.needles_system(needles, (sleeves, twist), c)?;
         let since = self.times.needle.add(since);
         self.link(needles, state, c);
+        if self.settings.relieve_aside {
+            let stiffness = attempt.body.stiffness();
+            let (needles, reach) = ((&*needles, &self.links[..]), self.settings.reach);
+            self.aside.relieve(stiffness, attempt.subspace, needles, reach, &mut self.tissue.rhs);
+        }
         let mut attachments: Vec<Attachment> = vec![Vec::new(); small.n_rows()];
         for link in &self.links {
             attachments[link.small].push((link.vertex, 1.0));

@@ -2,7 +2,7 @@
 
 use super::entry::{Contact, contact, entered};
 use super::{Insertion, InsertionError, Needle};
-use crate::coupling::{CouplingNode, SlipLimits, SlipState, difference, inner, length, set_triple, triple, unit};
+use crate::coupling::{CouplingNode, difference, inner, length, set_triple, triple, unit};
 use crate::dynamics::State;
 use crate::material::Hyperelastic;
 use nalgebra::{Matrix3, Vector3};
@@ -31,6 +31,8 @@ pub(super) struct Lag {
     pub slip: f64,
     /// In space, m.
     pub way: [f64; 3],
+    /// Where the bevel has pointed on the way, m: a needle that turns cuts to all sides.
+    pub across: [f64; 3],
 }
 
 /// What a tip did to the mesh.
@@ -69,19 +71,13 @@ impl<M: Hyperelastic<3>> Insertion<M> {
         moved.map_err(|error| self.shared(k, error))?;
         let Some(vertex) = self.remesher.nodes(id).next() else { return Ok(TipMove::default()) };
         // The skin is where the tip has come to: it is dented by less than a step.
-        let node = CouplingNode {
-            vertex: vertex.0,
-            state: SlipState::Static,
-            limits: SlipLimits { dynamic: [0.0; 2], fixed: [0.0; 2] },
-            drag: 0.0,
-        };
         self.place_vertex(vertex, &tip);
         // It moves with the tip from now on: an impact of what little mass it has.
         let last = self.needles[k].shaft.n_nodes() - 1;
         let Needle { shaft, .. } = &mut self.needles[k];
         set_triple(&mut self.state.v, vertex.index(), &triple(&shaft.v, last));
         set_triple(&mut self.state.a, vertex.index(), &triple(&shaft.a, last));
-        shaft.nodes.push(node);
+        shaft.nodes.push(CouplingNode::new(vertex.0));
         self.check_disjoint(k)?;
         Ok(TipMove { remeshed: true, blocked: false })
     }
@@ -106,10 +102,11 @@ impl<M: Hyperelastic<3>> Insertion<M> {
     pub(super) fn wait(&mut self, k: usize, slip: f64) -> TipMove {
         if let Some(tip) = self.needles[k].shaft.nodes.last() {
             let (vertex, world) = (VertexId(tip.vertex), self.needles[k].shaft.tip());
-            let moved = self.moved(vertex, &world);
+            let (moved, across) = (self.moved(vertex, &world), self.bevel(k, slip));
             let lag = &mut self.needles[k].lag;
             lag.slip += slip;
             lag.way = std::array::from_fn(|i| lag.way[i] + moved[i]);
+            lag.across = std::array::from_fn(|i| lag.across[i] + across[i]);
             self.place_vertex(vertex, &world);
         }
         TipMove::default()
@@ -145,11 +142,10 @@ impl<M: Hyperelastic<3>> Insertion<M> {
         };
         let nodes: Vec<VertexId> = self.remesher.nodes(id).collect();
         let shaft = &mut self.needles[k].shaft;
-        let limits = SlipLimits { dynamic: [0.0; 2], fixed: [0.0; 2] };
         let old = std::mem::take(&mut shaft.nodes);
         shaft.nodes.extend(nodes.iter().map(|vertex| {
             let known = old.iter().find(|node| node.vertex == vertex.0);
-            known.copied().unwrap_or(CouplingNode { vertex: vertex.0, state: SlipState::Static, limits, drag: 0.0 })
+            known.copied().unwrap_or(CouplingNode::new(vertex.0))
         }));
         if blocked && forward {
             // What the mesh cannot follow yet drags the tissue along, as long as it is little.
@@ -188,7 +184,8 @@ impl<M: Hyperelastic<3>> Insertion<M> {
         let vertex = VertexId(tip.vertex);
         let at = self.mesh.point(vertex);
         let (walk, moved) = (difference(&walked, &at), self.moved(vertex, &world));
-        let across = self.bevel(k, owed.slip + slip);
+        let across = self.bevel(k, slip);
+        let across: [f64; 3] = std::array::from_fn(|i| owed.across[i] + across[i]);
         // The element ahead tells how far the tip has come, but not which way: in it the displacement falls from that of the tip,
         // which the bevel has put off its path, to that of the tissue ahead. Taken at its word it would bring the tip back by as
         // much as the bevel moves it, and more the smaller the element.
@@ -326,6 +323,15 @@ impl<M: Hyperelastic<3>> Insertion<M> {
                 depth_of(&self.mesh, a, &x, direction).total_cmp(&depth_of(&self.mesh, b, &x, direction))
             });
         best.map_or(0, |cell| self.mesh.region(cell))
+    }
+
+    /// Whether a vertex is neither at the skin nor at the border of a region.
+    pub(super) fn is_within(&mut self, vertex: u32) -> bool {
+        let (mesh, star) = (&self.mesh, &mut self.star);
+        mesh.star(VertexId(vertex), star);
+        let region = star.first().map(|&cell| mesh.region(cell));
+        let skin = |cell, facet: usize| mesh.cell(cell)[facet].0 != vertex && mesh.boundary_tag(cell, facet).is_some();
+        star.iter().all(|&cell| Some(mesh.region(cell)) == region && !(0..4).any(|facet| skin(cell, facet)))
     }
 
     /// The direction of the needle at a coupling node in the undeformed body, towards the tip.

@@ -158,13 +158,13 @@ fn curvature_does_not_depend_on_step_mesh_or_cutting_force() {
     }
 }
 
-/// What pushes a symmetric tip aside is the force on a node among cells that are not symmetric: less than three thousandths of
-/// the depth in gel, and nothing where there is no force, or where the cells are symmetric.
+/// What pushes a symmetric tip aside is the force on a node among cells that are not symmetric, of which it is relieved: less than
+/// a thousandth of the depth in gel, and nothing where there is no force, or where the cells are symmetric.
 #[test]
 fn a_symmetric_tip_goes_straight() {
     let none = Push { bevel: 0.0, friction: 0.0, cutting: 0.0, ..STANDARD };
     let symmetric = Push { bevel: 0.0, cutting: 0.2, cells: 6, centred: true, ..STANDARD };
-    for (push, most) in [(none, 1e-4), (symmetric, 1e-4), (Push { bevel: 0.0, ..STANDARD }, 3e-3)] {
+    for (push, most) in [(none, 1e-4), (symmetric, 1e-4), (Push { bevel: 0.0, ..STANDARD }, 1e-3)] {
         let end = *push.path().last().unwrap();
         let drift = end[1].hypot(end[2]) / end[0];
         println!("{:.4} %", 100.0 * drift);
