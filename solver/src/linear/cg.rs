@@ -7,8 +7,12 @@ use crate::memory::bytes_of_all;
 use crate::precondition::Preconditioner;
 use crate::stop::{Stop, StopRule, StopRuleError};
 use crate::subspace::Subspace;
-use crate::team::Team;
+use crate::team::{Pace, Team};
 use crate::vector::{self, dot, first_not_finite, norm2};
+use std::time::Instant;
+
+/// Products of a solve that tells what a product takes.
+const LEAST: usize = 4;
 
 /// [`KrylovSettings`] under the name of this method.
 pub type CgSettings = KrylovSettings;
@@ -86,7 +90,10 @@ impl CgError {
 /// Vectors of a solve; sized by the first one, so that a second one of the same size allocates nothing.
 #[derive(Clone, Debug, Default)]
 pub struct CgWorkspace {
+    /// That of the solve at hand: the whole one, or none where that is faster at the moment.
     team: Team,
+    whole: Team,
+    pace: Pace,
     r: Vec<f64>,
     p: Vec<f64>,
     q: Vec<f64>,
@@ -104,10 +111,11 @@ impl CgWorkspace {
         Self::default()
     }
 
-    /// An empty workspace whose solves are shared by a team; the bits do not depend on it.
+    /// An empty workspace whose solves are shared by a team, as long as that is faster than the calling thread alone; the bits do
+    /// not depend on it.
     #[must_use]
     pub fn on(team: &Team) -> Self {
-        Self { team: team.clone(), ..Self::default() }
+        Self { team: team.clone(), whole: team.clone(), ..Self::default() }
     }
 
     pub(super) fn team(&self) -> &Team {
@@ -119,6 +127,24 @@ impl CgWorkspace {
     #[must_use]
     pub fn residual(&self) -> &[f64] {
         &self.r
+    }
+
+    /// Chooses the team of a solve; when it began, where that is to be noted.
+    fn begin(&mut self) -> Option<Instant> {
+        if self.whole.size() == 1 {
+            return None;
+        }
+        self.team = if self.pace.is_shared() { self.whole.clone() } else { Team::serial() };
+        Some(Instant::now())
+    }
+
+    /// Notes what a solve of so many products took.
+    fn end(&mut self, since: Option<Instant>, products: usize) {
+        if let Some(since) = since
+            && products >= LEAST
+        {
+            self.pace.note(self.team.size() > 1, since.elapsed().as_secs_f64() / products as f64);
+        }
     }
 
     fn resize(&mut self, n: usize, constrained: usize, needs_z: bool) {
@@ -210,7 +236,9 @@ pub fn projected_cg_with_check<const B: usize>(
         return Err(CgError::Shape { what: "x", dim, len });
     }
     ws.resize(b.len(), B * w.n_constrained(), !m.is_identity());
+    let since = ws.begin();
     let report = solve.run(x, check, ws)?;
+    ws.end(since, report.products);
     w.add_complement(&ws.reaction, &mut ws.r);
     Ok(report)
 }

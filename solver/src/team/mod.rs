@@ -9,9 +9,11 @@
 //! [`vector::CHUNK`](crate::vector::CHUNK) entries, and their sums are added in order by the thread that asked.
 
 mod members;
+mod pace;
 mod vectors;
 
 use members::Members;
+pub(crate) use pace::Pace;
 use std::fmt;
 use std::ops::Range;
 use std::sync::Arc;
