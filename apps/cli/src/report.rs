@@ -3,7 +3,10 @@
 use std::fmt::Write as _;
 use std::path::Path;
 use stylet_tissue::stages::WITHIN_SOLVE;
-use stylet_tissue::summary::{BodySummary, NeedleSummary, SteeringSummary, Summary};
+use stylet_tissue::summary::{BodySummary, MarkerSummary, NeedleSummary, SteeringSummary, Summary};
+
+/// So many markers have a line each.
+const FEW: usize = 3;
 
 /// The summary as text: what came out, where the time went, where the files are.
 pub fn text(summary: &Summary, folder: Option<&Path>) -> String {
@@ -135,6 +138,20 @@ fn needle_facts(needle: &NeedleSummary, facts: &mut Vec<(&'static str, String)>)
     }
 }
 
+/// How near a tip came to markers: to each of a few, or to the nearest of many.
+fn closest(markers: &[MarkerSummary]) -> Vec<String> {
+    let line = |marker: &MarkerSummary| {
+        let closest = marker.closest_tip_m?;
+        Some(format!("{}: a tip came within {} mm", marker.name, fixed(1e3 * closest, 2)))
+    };
+    if markers.len() <= FEW {
+        return markers.iter().filter_map(line).collect();
+    }
+    let known = markers.iter().filter(|marker| marker.closest_tip_m.is_some());
+    let nearest = known.min_by(|a, b| a.closest_tip_m.unwrap_or(0.0).total_cmp(&b.closest_tip_m.unwrap_or(0.0)));
+    nearest.and_then(line).map(|line| format!("of {} the nearest is {line}", markers.len())).into_iter().collect()
+}
+
 fn steering_facts(steering: &SteeringSummary, facts: &mut Vec<(&'static str, String)>) {
     for needle in &steering.needles {
         let (tip, depth) = (millimetres(&needle.tip, 2), fixed(1e3 * needle.depth_m, 2));
@@ -163,11 +180,7 @@ fn steering_facts(steering: &SteeringSummary, facts: &mut Vec<(&'static str, Str
     if let Some(clearance) = steering.clearance_m {
         facts.push(("clearance", format!("{} mm from what is fixed", fixed(1e3 * clearance, 2))));
     }
-    for marker in &steering.markers {
-        if let Some(closest) = marker.closest_tip_m {
-            facts.push(("marker", format!("{}: a tip came within {} mm", marker.name, fixed(1e3 * closest, 2))));
-        }
-    }
+    facts.extend(closest(&steering.markers).into_iter().map(|closest| ("marker", closest)));
     for seed in &steering.seeds {
         facts.push((
             "seed",

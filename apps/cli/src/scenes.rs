@@ -19,8 +19,9 @@ pub fn open(name_or_path: &str, assignments: &[String]) -> Result<Box<dyn Scenar
     let source = source::find(name_or_path, &all())?;
     // A scene belongs to the application that knows most of what it says; one that both know, to that of its stage.
     let unknown = (NEEDLE_TABLE.count_unknown(&source.text), BODY_TABLE.count_unknown(&source.text));
-    // Needles in the plural are flexible ones.
-    if stylet_scene::has_rows(&source.text, "needle") {
+    let of_steering = STEERING_TABLE.count_unknown(&source.text);
+    // Needles in the plural are flexible ones; so is a lone one among their keys, which is told how it is written.
+    if stylet_scene::has_rows(&source.text, "needle") || of_steering < unknown.0.min(unknown.1) {
         return Ok(Box::new(steering::open(&source, assignments)?));
     }
     if unknown.0 < unknown.1 || unknown.0 == unknown.1 && stylet_scene::has_table(&source.text, "needle") {

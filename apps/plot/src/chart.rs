@@ -191,7 +191,8 @@ impl Chart {
         let mut placed = Vec::new();
         for at in places.filter(|t| (0.0..=1.0).contains(t)).map(|t| t * frame.size[0]) {
             placed.push([at, at.max(free_from)]);
-            free_from = at.max(free_from) + 1.3 * TICK_SIZE;
+            // A line of text apart, across the slant.
+            free_from = at.max(free_from) + 1.25 * TICK_SIZE / SLANT.to_radians().sin();
         }
         placed
     }
@@ -305,7 +306,11 @@ mod tests {
         let chart = Chart { marks, ..Chart::default() };
         let placed = chart.marked(&frame(100.0, 1.0));
         assert_eq!(placed.len(), 3);
-        assert!(placed.windows(2).all(|pair| pair[0][0] <= pair[1][0] && pair[0][1] + 14.0 < pair[1][1]), "{placed:?}");
+        assert!(
+            placed.windows(2).all(|pair| pair[0][0] <= pair[1][0]
+                && (pair[1][1] - pair[0][1]) * SLANT.to_radians().sin() > 1.2 * TICK_SIZE),
+            "{placed:?}"
+        );
         assert_eq!(placed[2][0], placed[2][1]);
     }
 }

@@ -47,7 +47,11 @@ pub fn check_withdrawal(needle: &NeedleSettings, motion: &Motion, end: f64) -> R
 /// # Errors
 /// The column, what was found and what was expected.
 pub fn check(needle: &NeedleSettings, motion: &Motion, end: f64, geometry: &Geometry) -> Result<(), String> {
-    let shaft = needle.shaft().map_err(|error| error.to_string())?;
+    // Columns have shorter names than the settings of the library.
+    let of_column = |text: String| {
+        text.replace("needle.bend.curvature", "curvature").replace("needle.bend.length", "curved_length")
+    };
+    let shaft = needle.shaft().map_err(|error| of_column(error.to_string()))?;
     for node in 0..shaft.n_nodes() {
         let at = shaft.place(node);
         if let Some(found) = geometry.mesh.locate(at) {

@@ -101,6 +101,13 @@ pub fn open(source: &Source, assignments: &[String]) -> Result<Opened, RunError>
 fn set(scene: &mut Scene, assignment: &str) -> Result<(), RunError> {
     let Some((key, columns, name, raw)) = column_of(assignment) else { return Ok(TABLE.set(scene, assignment)?) };
     let array = key.path;
+    if let Some((table, _)) = name.split_once('.')
+        && columns.iter().any(|column| column.name == table)
+    {
+        let reason = format!("found one column, expected all rows together: {array}.{table}=[{{ ... }}, ...]");
+        let problem = Problem::Rejected { key: format!("{array}.{}", name.escape_debug()), reason };
+        return Err(SceneError { place: Place::Set, problem }.into());
+    }
     let Some(column) = columns.iter().find(|column| column.name == name) else {
         let nearest = format!("{array}.{}", nearest(name, columns.iter().map(|column| column.name)));
         let problem = Problem::UnknownKey { key: format!("{array}.{}", name.escape_debug()), nearest };
@@ -132,10 +139,11 @@ fn set(scene: &mut Scene, assignment: &str) -> Result<(), RunError> {
 /// The array of tables that an assignment names, its columns, and the column and the value that it gives.
 fn column_of(assignment: &str) -> Option<(&'static Key<Scene>, &'static [Column], &str, &str)> {
     let (path, raw) = assignment.split_once('=')?;
-    let (array, name) = path.trim().rsplit_once('.')?;
-    let key = TABLE.keys.iter().find(|key| key.path == array)?;
-    let Kind::Rows(columns) = key.kind else { return None };
-    Some((key, columns, name, raw.trim()))
+    TABLE.keys.iter().find_map(|key| {
+        let name = path.trim().strip_prefix(key.path)?.strip_prefix('.')?;
+        let Kind::Rows(columns) = key.kind else { return None };
+        Some((key, columns, name, raw.trim()))
+    })
 }
 
 /// Checks a scene and makes its mesh.
@@ -242,7 +250,12 @@ fn measured(
     let Some(file) = &scene.marker_file else { return Ok(None) };
     let path = scene.folder.join(file);
     let refuse = |reason: String| RunError::Inconsistent { source_name: path.display().to_string(), reason };
-    let text = std::fs::read_to_string(&path).map_err(|error| refuse(error.to_string()))?;
+    let bytes = std::fs::read(&path).map_err(|error| refuse(error.to_string()))?;
+    let text = String::from_utf8(bytes).map_err(|error| {
+        let read = &error.as_bytes()[..error.utf8_error().valid_up_to()];
+        let line = 1 + read.iter().filter(|byte| **byte == b'\n').count();
+        refuse(format!("line {line}: found a byte that is not UTF-8, expected text"))
+    })?;
     let names: Vec<&str> = points.iter().map(|(name, _)| name.as_str()).collect();
     Measured::read(&text, &names, bounds, end).map(Some).map_err(refuse)
 }

@@ -51,7 +51,7 @@ impl Totals {
     fn add(&mut self, report: &InsertionReport) {
         self.steps += 1;
         self.trials += report.trials as u64;
-        self.most_trials = self.most_trials.max(report.trials as u64);
+        self.most_trials = self.most_trials.max(report.most_trials as u64);
         self.iterations += report.iterations as u64;
         self.most_iterations = self.most_iterations.max(report.most_iterations as u64);
         self.substeps += u64::from(report.substeps);

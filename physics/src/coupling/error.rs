@@ -1,4 +1,4 @@
-//! What can go wrong in a coupled step, as values that carry the numbers.
+//! What can go wrong in a coupled step, as values that carry the numbers. Values count needles from 0, messages from 1.
 
 use crate::dynamics::DynamicsError;
 use crate::rod::RodError;
@@ -12,7 +12,7 @@ pub enum CouplingError {
     #[error(transparent)]
     Dynamics(#[from] DynamicsError),
     /// A rod is.
-    #[error("needle {needle}: {error}")]
+    #[error("needle {}: {error}", needle + 1)]
     Rod {
         /// The needle.
         needle: usize,
@@ -49,7 +49,8 @@ pub enum CouplingError {
     GivenUp(String),
     /// A needle slid further than the mesh allows for one step.
     #[error(
-        "needle {needle} slides {slip:e} m past the tissue at its node {node} in a step, more than the {reach:e} m that the mesh allows"
+        "needle {} slides {slip:.3e} m past the tissue at its node {node} in a step, more than the {reach:.3e} m that the mesh allows",
+        needle + 1
     )]
     Overrun {
         /// The needle.
@@ -62,7 +63,7 @@ pub enum CouplingError {
         reach: f64,
     },
     /// A node of a needle moved so far in a step that the step cannot be meant.
-    #[error("needle {needle} is thrown by {moved:e} m at its node {node} in a step, more than {most:e} m")]
+    #[error("needle {} is thrown by {moved:.3e} m at its node {node} in a step, more than {most:.3e} m", needle + 1)]
     Thrown {
         /// The needle.
         needle: usize,
@@ -74,7 +75,7 @@ pub enum CouplingError {
         most: f64,
     },
     /// A needle has too few nodes, or vectors of another length.
-    #[error("needle {needle}: {what}")]
+    #[error("needle {}: {what}", needle + 1)]
     Shape {
         /// The needle.
         needle: usize,

@@ -1,4 +1,4 @@
-//! What can go wrong with a needle in tissue, as values that carry the numbers.
+//! What can go wrong with a needle in tissue, as values that carry the numbers. Values count needles from 0, messages from 1.
 
 use crate::body::BodyError;
 use crate::coupling::{CouplingError, LimitsError};
@@ -18,7 +18,7 @@ pub enum InsertionError {
     #[error(transparent)]
     Dynamics(#[from] DynamicsError),
     /// No step could be made, nor any of its parts.
-    #[error("no step from t = {t} s, not even of {smallest:e} s: {reason}")]
+    #[error("no step from t = {t:.6} s, not even of {smallest:.3e} s: {reason}")]
     Failed {
         /// Time before the step, s.
         t: f64,
@@ -28,7 +28,7 @@ pub enum InsertionError {
         reason: CouplingError,
     },
     /// A rod makes no sense.
-    #[error("needle {needle}: {error}")]
+    #[error("needle {}: {error}", needle + 1)]
     Rod {
         /// The needle.
         needle: usize,
@@ -36,7 +36,7 @@ pub enum InsertionError {
         error: RodError,
     },
     /// Forces between needle and tissue make no sense.
-    #[error("needle {needle}, node {node}: {error}")]
+    #[error("needle {}, node {node}: {error}", needle + 1)]
     Limits {
         /// The needle.
         needle: usize,
@@ -46,7 +46,7 @@ pub enum InsertionError {
         error: LimitsError,
     },
     /// The mesh cannot follow the tip.
-    #[error("needle {needle}: {error}")]
+    #[error("needle {}: {error}", needle + 1)]
     Remesh {
         /// The needle.
         needle: usize,
@@ -54,7 +54,7 @@ pub enum InsertionError {
         error: RemeshError,
     },
     /// The needle's nodes could not be renewed.
-    #[error("needle {needle}: {error}")]
+    #[error("needle {}: {error}", needle + 1)]
     Reparameterise {
         /// The needle.
         needle: usize,
@@ -62,7 +62,7 @@ pub enum InsertionError {
         error: ReparameteriseError,
     },
     /// A needle starts in the tissue.
-    #[error("needle {needle} starts inside the tissue: node {node} at ({:.4e}, {:.4e}, {:.4e}) m is in cell {cell} of region {region}", at[0], at[1], at[2])]
+    #[error("needle {} starts inside the tissue: node {node} at ({:.4}, {:.4}, {:.4}) m is in cell {cell} of region {region}", needle + 1, at[0], at[1], at[2])]
     StartsInside {
         /// The needle.
         needle: usize,
@@ -76,7 +76,7 @@ pub enum InsertionError {
         region: u32,
     },
     /// The tip has come out on the other side.
-    #[error("needle {needle} has left the tissue at ({:.4e}, {:.4e}, {:.4e}) m: a needle that comes out again is not followed", at[0], at[1], at[2])]
+    #[error("needle {} has left the tissue at ({:.4}, {:.4}, {:.4}) m: a needle that comes out again is not followed", needle + 1, at[0], at[1], at[2])]
     LeftTissue {
         /// The needle.
         needle: usize,
@@ -84,7 +84,7 @@ pub enum InsertionError {
         at: [f64; 3],
     },
     /// The sleeve has come too close to the skin.
-    #[error("needle {needle}: its sleeve is {length:e} m from the tissue, too close to push on")]
+    #[error("needle {}: its sleeve is {length:.3e} m from the tissue, too close to push on", needle + 1)]
     SleeveAtSkin {
         /// The needle.
         needle: usize,
@@ -92,14 +92,16 @@ pub enum InsertionError {
         length: f64,
     },
     /// All of the needle has been pulled back into its sleeve.
-    #[error("needle {needle} is pulled back further than it reaches out of its sleeve")]
+    #[error("needle {} is pulled back further than it reaches out of its sleeve", needle + 1)]
     InSleeve {
         /// The needle.
         needle: usize,
     },
     /// Two needles share an element.
     #[error(
-        "needles {needle} and {other} share cell {cell}: they must be in disjoint elements, or be withdrawn in reverse order"
+        "needles {} and {} share cell {cell}: they must be in disjoint elements, or be withdrawn in reverse order",
+        needle + 1,
+        other + 1
     )]
     SharedElement {
         /// The needle that moved.
@@ -110,7 +112,7 @@ pub enum InsertionError {
         cell: u32,
     },
     /// A setting makes no sense.
-    #[error("{name} is {value}, expected {expected}")]
+    #[error("{name} is {value:?}, expected {expected}")]
     Setting {
         /// Which one.
         name: &'static str,

@@ -202,6 +202,12 @@ fn bad_input_is_one_line() {
         (base, "base = [-0.021, 0.126, 0.024]", &["misses the body"]),
         ("bevel = 0.1", "bending = -0.1", &["gel.toml:12: needle.bending (row 1): found -0.1"]),
         ("cutting = 0.2", "per_length = -1", &["friction.per_length: found -1"]),
+        (
+            "bevel = 0.1",
+            "bevel = 0.1\ncurvature = 1e4",
+            &["needle (row 1): curvature is 10000.0, expected at most a radian"],
+        ),
+        ("[[needle]]", "[needle]", &["gel.toml:", "needle", "[[needle]]"]),
         ("{ t = 0.4, insert = 0.05 }", "{ t = 0.9, insert = 0.05 }", &["motion (row 3): t: found 0.4 s after 0.9 s"]),
         ("[support]", "[[region]]\nname = \"bone\"\n[support]", &["region (row 1): name: found region bone"]),
         (
@@ -213,6 +219,15 @@ fn bad_input_is_one_line() {
         folder.file("m.csv", "time_s,a_x,a_y,a_z\n0.1,0,0,0\n0.2,0,0\n");
         let scene = folder.file("gel.toml", GEL.replace(from, to));
         refuses(&folder, &format!("run {scene} --out none"), parts);
+    }
+    for (set, line) in [
+        (
+            "needle.motion.insert=1",
+            "needle.motion.insert: found one column, expected all rows together: needle.motion=[{",
+        ),
+        ("needle.insert=1", "needle.insert: unknown key; nearest known key is needle.base"),
+    ] {
+        refuses(&folder, &format!("run gel-single-bend --set {set} --no-files"), &[line]);
         assert!(!folder.has("none"));
     }
     let shaped = "run prostate-flexible --set material.poisson=0.49 --out none";

@@ -6,6 +6,8 @@ use stylet_mesh::generate::implicit::Implicit;
 
 /// Depths below this are rounding, m.
 const NOTHING: f64 = 1e-6;
+/// A base that moves by less in a step stands still, m.
+const STILL: f64 = 1e-9;
 
 /// A layer of a surface that is harder to cut, as a scene names it.
 pub(super) struct Layer<'a> {
@@ -20,7 +22,7 @@ pub(super) fn puncture(traces: &[Trace]) -> Option<&Trace> {
 }
 
 /// Times (s) of what happens, and names, in this order: the skin is touched and pierced, layers are pierced, the base stops, goes
-/// back, the tip is out.
+/// back or in again, the tip is out.
 pub(super) fn of(traces: &[Trace], layers: &[Layer], motion: &Motion) -> Vec<(f64, String)> {
     let mut events = Vec::new();
     let mut add = |trace: Option<&Trace>, name: String| events.extend(trace.map(|trace| (trace.t, name)));
@@ -30,19 +32,36 @@ pub(super) fn of(traces: &[Trace], layers: &[Layer], motion: &Motion) -> Vec<(f6
         let is_behind = |trace: &&Trace| trace.reference.is_some_and(|x| layer.surface.distance(&x) < -layer.thickness);
         add(traces.iter().find(is_behind), format!("{} pierced", layer.name));
     }
-    let most = traces.iter().map(|trace| motion.inserted(trace.t)).fold(0.0, f64::max);
-    let is_out_most = |trace: &&Trace| most > 0.0 && motion.inserted(trace.t) >= most - 1e-9;
-    let (stop, back) = (traces.iter().find(is_out_most), traces.iter().rfind(is_out_most));
-    // One that is still on its way in at the last step has not stopped.
-    let goes_on = |trace: &&Trace| traces.last().is_some_and(|last| last.t > trace.t);
-    let goes_back = back.filter(goes_on);
-    if stop.map(|trace| trace.t) != goes_back.map(|trace| trace.t) {
-        add(stop.filter(goes_on), "held".to_owned());
-    }
-    add(goes_back, "drawn back".to_owned());
     let deep = traces.iter().rposition(|trace| trace.depth > NOTHING);
-    add(deep.and_then(|deep| traces.get(deep + 1)), "out".to_owned());
+    let out = deep.and_then(|deep| traces.get(deep + 1));
+    let touched = traces.iter().position(|trace| trace.reference.is_some()).unwrap_or(traces.len());
+    let within = &traces[touched..deep.map_or(traces.len(), |deep| deep + 1).max(touched)];
+    turns(within, motion).for_each(|(trace, name)| add(Some(trace), name.to_owned()));
+    add(out, "out".to_owned());
     events
+}
+
+/// Where a base that goes in stops, goes back, or goes in again.
+fn turns<'a>(traces: &'a [Trace], motion: &Motion) -> impl Iterator<Item = (&'a Trace, &'static str)> {
+    let way = |pair: &[Trace]| {
+        let by = motion.inserted(pair[1].t) - motion.inserted(pair[0].t);
+        if by.abs() < STILL {
+            0
+        } else if by > 0.0 {
+            1
+        } else {
+            -1
+        }
+    };
+    let ways: Vec<i32> = traces.windows(2).map(way).collect();
+    (1..ways.len()).filter(move |&k| ways[k] != ways[k - 1]).map(move |k| {
+        let name = match way(&traces[k..k + 2]) {
+            0 => "held",
+            1 => "pushed on",
+            _ => "drawn back",
+        };
+        (&traces[k], name)
+    })
 }
 
 #[cfg(test)]
@@ -92,6 +111,15 @@ mod tests {
         let expected = [1.1, 1.6, 4.3, 5.0, 6.0, 10.0];
         // A step either way, by rounding of sums.
         assert!(events.iter().zip(expected).all(|(event, t)| (event.0 - t).abs() < 0.11), "{events:?}");
+    }
+
+    #[test]
+    fn every_turn_is_named() {
+        let motion =
+            motion(&[(0.0, 0.01), (3.0, 0.01), (3.0, -0.01), (4.0, -0.01), (4.0, 0.01), (5.0, 0.01), (5.0, -0.01)]);
+        let events = of(&traces(&motion, 120), &[], &motion);
+        let turns: Vec<&str> = events[2..].iter().map(|event| event.1.as_str()).collect();
+        assert_eq!(turns, ["drawn back", "pushed on", "drawn back", "out"], "{events:?}");
     }
 
     #[test]

@@ -1,8 +1,7 @@
-//! What is said when a step cannot be made: needles counted from 1, as in scene files, and where they are.
+//! What is said when a step cannot be made, and where the needles are.
 
 use super::Run;
 use stylet_mesh::{CellId, VertexId};
-use stylet_physics::coupling::CouplingError;
 use stylet_physics::insertion::{InsertionError, Needle};
 use stylet_tissue::RunError;
 
@@ -12,27 +11,17 @@ const SURFACE_SLACK: f64 = 0.05;
 impl Run {
     /// What went wrong, with where the needles are.
     pub(super) fn failure(&self, error: &InsertionError) -> RunError {
-        let place = |(k, needle): (usize, &Needle)| {
-            let (tip, node) = (needle.shaft.tip(), needle.shaft.n_nodes() - 1);
-            format!(
-                "needle {} has its tip, node {node}, at ({:.5}, {:.5}, {:.5}) m, {:.5} m deep",
-                k + 1,
-                tip[0],
-                tip[1],
-                tip[2],
-                needle.depth()
-            )
-        };
+        let place = |(k, needle): (usize, &Needle)| format!("needle {} has {}", k + 1, tip_of(needle));
         let places: Vec<String> = self.insertion.needles().iter().enumerate().map(place).collect();
         let what = match error {
             // There is no tissue near a tip in the air.
             InsertionError::SleeveAtSkin { needle, length } if self.insertion.needles()[*needle].nodes().is_empty() => {
                 let needle = needle + 1;
                 format!(
-                    "needle {needle} is pulled back until {length:e} m of it are out of its sleeve, too little to go on"
+                    "needle {needle} is pulled back until {length:.3e} m of it are out of its sleeve, too little to go on"
                 )
             }
-            _ => named(error),
+            _ => error.to_string(),
         };
         RunError::Step { step: self.steps + 1, reason: format!("{what}; {}", places.join("; ")) }
     }
@@ -43,15 +32,10 @@ impl Run {
         for (k, needle) in self.insertion.needles().iter().enumerate() {
             let Some(node) = needle.nodes().last() else { continue };
             if let Some(region) = self.fixed_region_at(VertexId(node.vertex)) {
-                let (tip, node) = (needle.shaft.tip(), needle.shaft.n_nodes() - 1);
                 let reason = format!(
-                    "needle {} has come into region {region}, which is fixed, with its tip, node {node}, at \
-                     ({:.4}, {:.4}, {:.4}) m, {:.4} m deep: expected a way through tissue that gives",
+                    "needle {} has come into region {region}, which is fixed, with {}: expected a way through tissue that gives",
                     k + 1,
-                    tip[0],
-                    tip[1],
-                    tip[2],
-                    needle.depth()
+                    tip_of(needle)
                 );
                 return Err(RunError::Step { step: self.steps + 1, reason });
             }
@@ -76,65 +60,8 @@ impl Run {
     }
 }
 
-/// An error with needles counted from 1, as in scene files.
-pub(super) fn named(error: &InsertionError) -> String {
-    let mut named = error.clone();
-    match &mut named {
-        InsertionError::LeftTissue { needle, at: [x, y, z] } => {
-            return format!(
-                "needle {} has left the tissue at ({x:.4}, {y:.4}, {z:.4}) m: a needle that comes out again is not followed",
-                *needle + 1
-            );
-        }
-        InsertionError::SharedElement { needle, other, .. } => {
-            *needle += 1;
-            *other += 1;
-        }
-        InsertionError::Rod { needle, .. }
-        | InsertionError::Limits { needle, .. }
-        | InsertionError::Remesh { needle, .. }
-        | InsertionError::Reparameterise { needle, .. }
-        | InsertionError::StartsInside { needle, .. }
-        | InsertionError::SleeveAtSkin { needle, .. }
-        | InsertionError::InSleeve { needle } => *needle += 1,
-        InsertionError::Failed {
-            reason:
-                CouplingError::Rod { needle, .. }
-                | CouplingError::Overrun { needle, .. }
-                | CouplingError::Thrown { needle, .. }
-                | CouplingError::Shape { needle, .. },
-            ..
-        } => *needle += 1,
-        _ => {}
-    }
-    named.to_string()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use stylet_physics::reparameterise::ReparameteriseError;
-
-    #[test]
-    fn needles_are_counted_from_one() {
-        let overrun = CouplingError::Overrun { needle: 1, node: 4, slip: 1e-3, reach: 1e-4 };
-        let error = ReparameteriseError::NotFinite { what: "positions", index: 3 };
-        for (error, start) in [
-            (InsertionError::InSleeve { needle: 0 }, "needle 1 is pulled back further"),
-            (InsertionError::Reparameterise { needle: 0, error }, "needle 1: positions"),
-            (
-                InsertionError::LeftTissue { needle: 2, at: [0.1, 0.2, 0.3] },
-                "needle 3 has left the tissue at (0.1000, 0.2000, 0.3000) m",
-            ),
-            (InsertionError::SleeveAtSkin { needle: 1, length: 1e-3 }, "needle 2: its sleeve is"),
-            (InsertionError::SharedElement { needle: 0, other: 1, cell: 7 }, "needles 1 and 2 share cell 7"),
-            (
-                InsertionError::Failed { t: 1.0, smallest: 1e-3, reason: overrun },
-                "no step from t = 1 s, not even of 1e-3 s: needle 2 slides",
-            ),
-        ] {
-            let line = named(&error);
-            assert!(line.starts_with(start), "{line}");
-        }
-    }
+/// Where the tip of a needle is, in words.
+fn tip_of(needle: &Needle) -> String {
+    let ([x, y, z], node) = (needle.shaft.tip(), needle.shaft.n_nodes() - 1);
+    format!("its tip, node {node}, at ({x:.4}, {y:.4}, {z:.4}) m, {:.4} m deep", needle.depth())
 }

@@ -11,7 +11,6 @@ use crate::instants::Instants;
 use crate::record::Record;
 use crate::{frames, keys, picture, tissue};
 use checkpoint::{Checkpoint, precondition, revive};
-use failure::named;
 use serde::{Deserialize, Serialize};
 use settings::settings;
 use std::path::Path;
@@ -73,7 +72,7 @@ impl Run {
             Insertion::new(mesh, body, opened.held.clone(), settings, opened.fields.clone(), [0.0; 3], &team)
                 .map_err(|error| refuse(error.to_string()))?;
         for needle in &opened.needles {
-            insertion.add_needle(needle.clone()).map_err(|error| refuse(named(&error)))?;
+            insertion.add_needle(needle.clone()).map_err(|error| refuse(error.to_string()))?;
         }
         let u = &insertion.state().u;
         let mut record = Record::new(opened.needles.len(), &opened.geometry, &opened.points, u);
@@ -121,7 +120,9 @@ impl Run {
 
     /// Time after so many steps, s.
     fn time(&self, steps: usize) -> f64 {
-        steps as f64 * self.opened.scene.time.dt
+        let time = steps as f64 * self.opened.scene.time.dt;
+        // What is left of decimal steps, such as 5.0200000000000005, to the picosecond.
+        (time * 1e12).round() / 1e12
     }
 }
 

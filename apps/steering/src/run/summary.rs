@@ -84,7 +84,7 @@ impl Run {
         SteeringSummary {
             time_s: self.time(self.steps),
             needles: self.insertion.needles().iter().zip(&record.traces).map(|(n, t)| self.needle(n, t)).collect(),
-            trials_mean: totals.trials as f64 / totals.steps.max(1) as f64,
+            trials_mean: totals.trials as f64 / totals.substeps.max(1) as f64,
             trials_max: totals.most_trials,
             substeps: totals.substeps,
             halvings: totals.halvings,
@@ -109,6 +109,13 @@ impl Run {
     fn notes(&self) -> Vec<String> {
         let mut notes = self.opened.doubts.clone();
         notes.extend(self.trouble());
+        let (last, dt) = (self.time(self.n_steps), self.opened.scene.time.dt);
+        if let Some(end) = self.opened.scene.time.end
+            && (end - last).abs() > 1e-6 * dt
+        {
+            notes
+                .push(format!("time.end: the run ends at {last} s, as {end} s are no whole number of steps of {dt} s"));
+        }
         let edge = self.opened.geometry.mean_edge();
         for (k, (needle, traces)) in self.insertion.needles().iter().zip(&self.record.traces).enumerate() {
             let made = self.needle(needle, traces);

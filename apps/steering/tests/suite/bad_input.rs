@@ -156,6 +156,9 @@ fn marker_files() {
     assert!(refusal("time_s,c_x,c_y,c_z\n").ends_with("line 1: found marker c, expected one of a, b"));
     assert!(refusal("time_s,a_x,a_y,a_z\n0.1,30,30,60\n").ends_with("expected metres"));
     assert!(refusal("time_s,a_x,a_y,a_z\n7,0,0,0\n").contains("from 0 to 1.6 s, the end of the run"));
+    std::fs::write(&path, b"time_s,a_x,a_y,a_z\n0.1,0,0,0\n0.2,\xff,0,0\n").unwrap();
+    let line = try_open(&text, &[]).err().unwrap().to_string();
+    assert!(line.ends_with("line 3: found a byte that is not UTF-8, expected text"), "{line}");
     std::fs::remove_file(&path).unwrap();
     let line = try_open(&text, &[]).err().unwrap().to_string();
     assert!(line.contains("No such file"), "{line}");

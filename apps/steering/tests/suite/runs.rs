@@ -2,6 +2,7 @@
 
 use crate::support::{GEL, bits, go_on, open, start};
 use stylet_tissue::Scenario;
+use stylet_tissue::source::find;
 
 #[test]
 fn a_needle_goes_in_and_out_and_leaves_the_mesh_as_it_was() {
@@ -144,4 +145,16 @@ fn the_pictures_and_tables_of_a_run_are_written() {
     let error = again.summary(&[]).steering.unwrap().marker_error.unwrap();
     assert_eq!((error.count, error.rms_m, error.below_1_mm), (162, 0.0, 1.0));
     std::fs::remove_dir_all(&folder).unwrap();
+}
+
+#[test]
+fn an_end_between_steps_is_noted() {
+    for (end, notes) in [("time.end=0.05", 1), ("time.end=0.06", 0)] {
+        let source = find("gel-single-bend", stylet_steering::SCENES).unwrap();
+        let mut run = stylet_steering::open(&source, &[end.to_owned()]).unwrap().start(1).unwrap();
+        go_on(run.as_mut(), usize::MAX);
+        let found = run.summary(&[]).steering.unwrap().notes;
+        let said = found.iter().filter(|note| note.contains("no whole number of steps")).count();
+        assert_eq!(said, notes, "{found:?}");
+    }
 }
