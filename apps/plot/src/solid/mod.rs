@@ -213,7 +213,8 @@ impl SolidPicture<'_> {
         let cells = self.tetrahedra.iter().map(|v| &v[..]).chain(self.triangles.iter().map(|v| &v[..]));
         let used = cells.zip(self.whole()).filter(|(_, whole)| *whole).flat_map(|(v, _)| v);
         let bounds = bounds(used.map(|&i| self.points[i as usize])).ok_or_else(|| self.empty())?;
-        if (0..3).any(|k| !(bounds[1][k] - bounds[0][k]).is_finite()) {
+        // Sums of three coordinates and their differences must be finite, from whichever side they are seen.
+        if bounds.iter().flatten().any(|x| !(8.0 * x).is_finite()) {
             return Err(too_wide(&self.title, bounds.into_iter().flatten()));
         }
         Ok(bounds)
