@@ -67,7 +67,7 @@ impl Aside {
         rhs: &mut [f64],
     ) {
         let nodes = || needles.iter().flat_map(|needle| &needle.nodes).zip(links);
-        if !nodes().any(|(node, _)| node.is_within && along(node) != 0.0) {
+        if !nodes().any(|(node, _)| node.is_even && along(node) != 0.0) {
             return;
         }
         self.gather(stiffness, subspace, needles, links);
@@ -81,7 +81,7 @@ impl Aside {
             }
         }
         if self.solve(stiffness).is_some() {
-            for (_, link) in nodes().filter(|(node, _)| node.is_within) {
+            for (_, link) in nodes().filter(|(node, _)| node.is_even) {
                 let Some(i) = (self.place[link.vertex] as usize).checked_sub(1) else { continue };
                 let way = triple(&self.way, i);
                 let far = inner(&link.tangent, &way);
@@ -192,7 +192,7 @@ mod tests {
         let bears = |i: usize| CouplingNode {
             state: SlipState::Forward,
             limits: SlipLimits { dynamic: [-FORCE, FORCE], fixed: [-FORCE, FORCE] },
-            is_within: true,
+            is_even: true,
             ..CouplingNode::new(vertex(i as f64) as u32)
         };
         let nodes: Vec<CouplingNode> = (1..=depth).map(bears).collect();

@@ -38,9 +38,9 @@ pub struct CouplingNode {
     pub drag: f64,
     /// Force along the needle on the tissue in the last step, N.
     pub force: f64,
-    /// Whether the tissue is the same all around it, so that a force along the needle ought to move it along the needle alone:
-    /// neither skin nor the border of a region.
-    pub is_within: bool,
+    /// Whether the tissue is the same all around the needle there, so that a force along the needle ought to move it along the
+    /// needle alone: no border of a region, nor skin that is not square to the needle.
+    pub is_even: bool,
 }
 
 impl CouplingNode {
@@ -48,7 +48,7 @@ impl CouplingNode {
     #[must_use]
     pub fn new(vertex: u32) -> Self {
         let limits = SlipLimits { dynamic: [0.0; 2], fixed: [0.0; 2] };
-        Self { vertex, state: SlipState::Static, limits, drag: 0.0, force: 0.0, is_within: false }
+        Self { vertex, state: SlipState::Static, limits, drag: 0.0, force: 0.0, is_even: false }
     }
 }
 

@@ -389,7 +389,7 @@ impl<M: Hyperelastic<3>> Insertion<M> {
                 let vertex = self.needles[k].shaft.nodes[i].vertex;
                 let direction = self.material_tangent(k, i);
                 let region = self.region_ahead(vertex, &direction);
-                let is_within = self.is_within(vertex);
+                let is_even = self.is_even(vertex, &direction);
                 let at = self.mesh.point(VertexId(vertex));
                 let needle = &mut self.needles[k];
                 let entry = needle.shaft.entry();
@@ -405,7 +405,7 @@ impl<M: Hyperelastic<3>> Insertion<M> {
                     .map_err(|error| InsertionError::Limits { needle: k, node: entry + i, error })?;
                 let drag = length * self.interaction.viscosity(region, &at);
                 let node = &mut needle.shaft.nodes[i];
-                (node.limits, node.drag, node.is_within) = (limits, drag, is_within);
+                (node.limits, node.drag, node.is_even) = (limits, drag, is_even);
             }
         }
         Ok(())

@@ -7,6 +7,7 @@ use crate::dynamics::State;
 use crate::material::Hyperelastic;
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
+use stylet_mesh::geometry::cross;
 use stylet_mesh::remesh::{Motion, Outcome, RemeshError};
 use stylet_mesh::{CellId, MeshChange, SimplexMesh, VertexId};
 use stylet_mesh::{Displaced, Walk};
@@ -21,6 +22,8 @@ const BEHIND: f64 = 2e-7;
 const SHORTEST: f64 = 0.05;
 /// Shortest way within the tissue that the mesh is asked to follow, in edges: a little more than the remesher takes for one place.
 const LEAST: f64 = 1e-5;
+/// Cosine between a needle and the normal of a skin that is square to it.
+const SQUARE: f64 = 0.99;
 /// Where the region ahead of a node is looked up, in edges.
 const AHEAD: f64 = 1e-3;
 
@@ -325,13 +328,21 @@ impl<M: Hyperelastic<3>> Insertion<M> {
         best.map_or(0, |cell| self.mesh.region(cell))
     }
 
-    /// Whether a vertex is neither at the skin nor at the border of a region.
-    pub(super) fn is_within(&mut self, vertex: u32) -> bool {
+    /// Whether the undeformed tissue is the same all around a direction at a vertex: no border of a region is there, nor skin but
+    /// such as lies square to the direction.
+    pub(super) fn is_even(&mut self, vertex: u32, direction: &[f64; 3]) -> bool {
         let (mesh, star) = (&self.mesh, &mut self.star);
         mesh.star(VertexId(vertex), star);
         let region = star.first().map(|&cell| mesh.region(cell));
         let skin = |cell, facet: usize| mesh.cell(cell)[facet].0 != vertex && mesh.boundary_tag(cell, facet).is_some();
-        star.iter().all(|&cell| Some(mesh.region(cell)) == region && !(0..4).any(|facet| skin(cell, facet)))
+        let is_square = |cell, facet: usize| {
+            let [a, b, c] = [1, 2, 3].map(|k| mesh.corners(cell)[(facet + k) % 4]);
+            let normal = unit(&cross(&difference(&b, &a), &difference(&c, &a)));
+            inner(&normal, direction).abs() > SQUARE
+        };
+        star.iter().all(|&cell| {
+            Some(mesh.region(cell)) == region && (0..4).all(|facet| !skin(cell, facet) || is_square(cell, facet))
+        })
     }
 
     /// The direction of the needle at a coupling node in the undeformed body, towards the tip.
