@@ -353,7 +353,9 @@ fn figures(report: &Report, paths: &[(Case, Path)]) -> Vec<Figure> {
 }
 
 fn chart(paths: &[(Case, Path)]) -> Chart {
-    let series = paths.iter().map(|(case, path)| Series {
+    // Symmetric tips lie upon each other: those of the standard tell.
+    let is_seen = |case: &Case| case.bevel != 0.0 || case.cutting == CUTTING[0] && case.off == OFF;
+    let series = paths.iter().filter(|(case, _)| is_seen(case)).map(|(case, path)| Series {
         name: case.label(),
         points: path.iter().map(|p| (1e3 * p[0], 1e3 * p[1])).collect(),
         style: Style::Line,
