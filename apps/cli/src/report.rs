@@ -147,8 +147,8 @@ fn closest(markers: &[MarkerSummary]) -> Vec<String> {
     if markers.len() <= FEW {
         return markers.iter().filter_map(line).collect();
     }
-    let known = markers.iter().filter(|marker| marker.closest_tip_m.is_some());
-    let nearest = known.min_by(|a, b| a.closest_tip_m.unwrap_or(0.0).total_cmp(&b.closest_tip_m.unwrap_or(0.0)));
+    let distance = |marker: &MarkerSummary| marker.closest_tip_m.unwrap_or(f64::INFINITY);
+    let nearest = markers.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
     nearest.and_then(line).map(|line| format!("of {} the nearest is {line}", markers.len())).into_iter().collect()
 }
 

@@ -122,3 +122,31 @@ pub enum InsertionError {
         expected: &'static str,
     },
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn needles_are_counted_from_one() {
+        let overrun = CouplingError::Overrun { needle: 1, node: 4, slip: 1e-3, reach: 1e-4 };
+        let error = ReparameteriseError::NotFinite { what: "positions", index: 3 };
+        for (error, start) in [
+            (InsertionError::InSleeve { needle: 0 }, "needle 1 is pulled back further"),
+            (InsertionError::Reparameterise { needle: 0, error }, "needle 1: positions"),
+            (
+                InsertionError::LeftTissue { needle: 2, at: [0.1, 0.2, 0.3] },
+                "needle 3 has left the tissue at (0.1000, 0.2000, 0.3000) m",
+            ),
+            (InsertionError::SleeveAtSkin { needle: 1, length: 1e-3 }, "needle 2: its sleeve is"),
+            (InsertionError::SharedElement { needle: 0, other: 1, cell: 7 }, "needles 1 and 2 share cell 7"),
+            (
+                InsertionError::Failed { t: 1.0, smallest: 1e-3, reason: overrun },
+                "no step from t = 1.000000 s, not even of 1.000e-3 s: needle 2 slides",
+            ),
+        ] {
+            let line = error.to_string();
+            assert!(line.starts_with(start), "{line}");
+        }
+    }
+}

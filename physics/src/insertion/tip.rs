@@ -329,14 +329,15 @@ impl<M: Hyperelastic<3>> Insertion<M> {
     }
 
     /// Whether the undeformed tissue is the same all around a direction at a vertex: no border of a region is there, nor skin but
-    /// such as lies square to the direction.
-    pub(super) fn is_even(&mut self, vertex: u32, direction: &[f64; 3]) -> bool {
-        let (mesh, star) = (&self.mesh, &mut self.star);
-        mesh.star(VertexId(vertex), star);
+    /// such as lies square to the direction. The cells around it are in `star`, where [`region_ahead`](Self::region_ahead) of the
+    /// same vertex has left them.
+    pub(super) fn is_even(&self, vertex: u32, direction: &[f64; 3]) -> bool {
+        let (mesh, star) = (&self.mesh, &self.star);
         let region = star.first().map(|&cell| mesh.region(cell));
         let skin = |cell, facet: usize| mesh.cell(cell)[facet].0 != vertex && mesh.boundary_tag(cell, facet).is_some();
         let is_square = |cell, facet: usize| {
-            let [a, b, c] = [1, 2, 3].map(|k| mesh.corners(cell)[(facet + k) % 4]);
+            let corners = mesh.corners(cell);
+            let [a, b, c] = [1, 2, 3].map(|k| corners[(facet + k) % 4]);
             let normal = unit(&cross(&difference(&b, &a), &difference(&c, &a)));
             inner(&normal, direction).abs() > SQUARE
         };

@@ -53,14 +53,14 @@ fn turns<'a>(traces: &'a [Trace], motion: &Motion) -> impl Iterator<Item = (&'a 
             -1
         }
     };
-    let ways: Vec<i32> = traces.windows(2).map(way).collect();
-    (1..ways.len()).filter(move |&k| ways[k] != ways[k - 1]).map(move |k| {
-        let name = match way(&traces[k..k + 2]) {
+    traces.windows(3).filter_map(move |three| {
+        let [before, after] = [way(&three[..2]), way(&three[1..])];
+        let name = match after {
             0 => "held",
             1 => "pushed on",
             _ => "drawn back",
         };
-        (&traces[k], name)
+        (before != after).then_some((&three[1], name))
     })
 }
 
